@@ -1,0 +1,81 @@
+# Cagewright: one graph for everything. `make help` lists what can be made.
+#
+# Variables of the user: CC CXX CFLAGS LDFLAGS PREFIX DESTDIR BUILD SAN DATA.
+# BUILD=build/asan SAN=address,undefined builds a sanitized variant beside the default one.
+
+BUILD ?= build
+BIN ?= $(if $(SAN),$(BUILD)/bin,bin)
+PREFIX ?= /usr/local
+CFLAGS ?= -O2 -g
+CXXFLAGS ?= $(CFLAGS)
+
+WARN = -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wvla -Wstrict-prototypes -Wmissing-prototypes \
+	-Werror=implicit-function-declaration $(WERROR)
+# -ffp-contract=off: clang, and gcc with gnu11, fuse a*b+c by default, and the same input must give the same bytes.
+all_cflags = -std=c11 -D_GNU_SOURCE -I. $(WARN) -ffp-contract=off -fopenmp -MMD -MP $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer) $(CFLAGS)
+all_cxxflags = -std=c++17 -I. -Wall -Wextra $(WERROR) -ffp-contract=off -MMD -MP $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer) $(CXXFLAGS)
+all_ldflags = -fopenmp -Wl,--as-needed $(if $(SAN),-fsanitize=$(SAN)) $(LDFLAGS)
+OPENMESH = -lOpenMeshCore
+LIBS = $(OPENMESH) -lembree3 -lcholmod -llapacke -lz -lpng -lOSMesa -lGLU -lm
+
+STAGES := $(filter-out geometry tool,$(notdir $(patsubst %/,%,$(wildcard stages/*/))))
+MAINS := $(foreach s,$(STAGES),$(wildcard stages/$(s)/$(s).c))
+LIB_C := $(wildcard formats/*.c stages/geometry/*.c stages/tool/*.c)
+KERNEL_C := $(filter-out $(MAINS),$(foreach s,$(STAGES),$(wildcard stages/$(s)/*.c)))
+SHIM_CPP := $(wildcard formats/shim/*.cpp)
+UNIT_C := $(wildcard tests/unit/test_*.c)
+
+LIB_OBJ := $(LIB_C:%=$(BUILD)/%.o)
+KERNEL_OBJ := $(KERNEL_C:%=$(BUILD)/%.o)
+SHIM_OBJ := $(SHIM_CPP:%=$(BUILD)/%.o)
+MAIN_OBJ := $(MAINS:%=$(BUILD)/%.o)
+UNIT_OBJ := $(UNIT_C:%=$(BUILD)/%.o)
+TOOLS := $(foreach m,$(MAINS),$(BIN)/$(basename $(notdir $(m))))
+UNITS := $(UNIT_C:tests/unit/%.c=$(BUILD)/tests/%)
+
+.PHONY: all
+all: $(TOOLS)
+.DELETE_ON_ERROR:
+
+$(BUILD)/%.c.o: %.c
+	@mkdir -p $(@D)
+	$(CC) $(CPPFLAGS) $(all_cflags) -c -o $@ $<
+$(BUILD)/%.cpp.o: %.cpp
+	@mkdir -p $(@D)
+	$(CXX) $(CPPFLAGS) $(all_cxxflags) -c -o $@ $<
+
+# One archive for formats and shared geometry, one for the methods of the stages; each tool pulls what it needs.
+$(BUILD)/libcagewright.a: $(LIB_OBJ) $(SHIM_OBJ)
+	rm -f $@ && $(AR) rcs $@ $^
+$(BUILD)/libstages.a: $(KERNEL_OBJ)
+	rm -f $@ && $(AR) rcs $@ $^
+
+# unpack is plain C and needs nothing but libc, libm and zlib: a link that asks for more fails.
+LINK = $(CXX)
+$(BIN)/unpack: LINK = $(CC)
+$(BIN)/unpack: LIBS = -lz -lm
+define tool_rule
+$(BIN)/$(1): $(BUILD)/stages/$(1)/$(1).c.o $(BUILD)/libstages.a $(BUILD)/libcagewright.a
+	@mkdir -p $$(@D)
+	$$(LINK) $$(all_ldflags) -o $$@ $$< $(BUILD)/libstages.a $(BUILD)/libcagewright.a $$(LIBS)
+endef
+$(foreach m,$(MAINS),$(eval $(call tool_rule,$(basename $(notdir $(m))))))
+
+# --- tests -------------------------------------------------------------------------------------------------------
+$(BUILD)/tests/%: $(BUILD)/tests/unit/%.c.o $(BUILD)/libstages.a $(BUILD)/libcagewright.a
+	@mkdir -p $(@D)
+	$(CXX) $(all_ldflags) -o $@ $< $(BUILD)/libstages.a $(BUILD)/libcagewright.a -lcmocka $(LIBS)
+
+# The sample parts of the project: build/parts NAME > part.stl
+$(BUILD)/parts: $(BUILD)/tests/fixtures/parts.c.o $(BUILD)/libcagewright.a
+	$(CXX) $(all_ldflags) -o $@ $^ $(LIBS)
+
+.PHONY: unit
+unit: $(UNITS)
+	CMOCKA_MESSAGE_OUTPUT=TAP prove -e '' $(UNITS)
+
+.PHONY: clean
+clean:
+	rm -rf build bin
+
+-include $(LIB_OBJ:.o=.d) $(KERNEL_OBJ:.o=.d) $(SHIM_OBJ:.o=.d) $(MAIN_OBJ:.o=.d) $(UNIT_OBJ:.o=.d)

@@ -1,0 +1,38 @@
+/* Nearest points on a triangle mesh (Embree BVH; the foot point is refined in double precision). */
+#ifndef CAGEWRIGHT_NEAREST_H
+#define CAGEWRIGHT_NEAREST_H
+
+#include <stdbool.h>
+
+#include "formats/memory.h"
+
+struct nearest; /* opaque; queries of one tree may run in several threads */
+
+struct foot {
+	idx_t triangle;      /* NO_INDEX when nothing was found */
+	double weight[3];    /* barycentric coordinates, >= 0, sum 1 */
+	double point[3];
+	double normal[3];    /* unit, of the triangle */
+	double distance;
+};
+
+/* Which triangles may answer. Zero-initialised: all. */
+struct nearest_filter {
+	const idx_t *label;      /* with only: triangles with label[t] == only */
+	idx_t only;
+	const double *normal;    /* unit; triangles whose normal n has dot(n, *normal) > least_dot are preferred: when one lies within */
+	double least_dot;        /* reach * (the unrestricted distance) + slack it is taken, else the unrestricted answer */
+	double reach, slack;
+};
+
+/* Keeps pointers to the arrays: they must outlive it. Ends the program (exit 4) when Embree has no memory. */
+struct nearest *nearest_new(const double *xyz, size_t vertex_count, const idx_t *triangle, size_t triangle_count);
+void nearest_free(struct nearest *nearest);
+
+/* Nearest point to p; filter may be NULL. Ties go to the lowest triangle index. max_distance: INFINITY or a bound. */
+struct foot nearest_point(const struct nearest *nearest, const double p[3], double max_distance, const struct nearest_filter *filter);
+
+/* Nearest point of one triangle, exact (Ericson, Real-Time Collision Detection, 5.1.5). */
+double nearest_on_triangle(double point[3], double weight[3], const double p[3], const double a[3], const double b[3], const double c[3]);
+
+#endif
