@@ -12,7 +12,7 @@ struct foot {
 	idx_t triangle;      /* NO_INDEX when nothing was found */
 	double weight[3];    /* barycentric coordinates, >= 0, sum 1 */
 	double point[3];
-	double normal[3];    /* unit, of the triangle */
+	double normal[3];    /* unit, of the triangle; 0 when it has no area */
 	double distance;
 };
 
@@ -29,10 +29,19 @@ struct nearest_filter {
 struct nearest *nearest_new(const double *xyz, size_t vertex_count, const idx_t *triangle, size_t triangle_count);
 void nearest_free(struct nearest *nearest);
 
-/* Nearest point to p; filter may be NULL. Ties go to the lowest triangle index. max_distance: INFINITY or a bound. */
+/* Nearest point to p; filter may be NULL. Ties go to the lowest triangle index. max_distance: INFINITY or a bound.
+ * A p that is not finite has no nearest point. */
 struct foot nearest_point(const struct nearest *nearest, const double p[3], double max_distance, const struct nearest_filter *filter);
 
-/* Nearest point of one triangle, exact (Ericson, Real-Time Collision Detection, 5.1.5). */
+/* Call visitor for every triangle within radius of p, with its nearest point; the order is not defined. */
+typedef void nearest_visitor(void *user, idx_t triangle, const double point[3], double distance);
+void nearest_within(const struct nearest *nearest, const double p[3], double radius, nearest_visitor *visitor, void *user);
+
+/* Unit normal of a triangle; 0 when it has no area. */
+const double *nearest_normal(const struct nearest *nearest, idx_t triangle);
+
+/* Nearest point of one triangle and its weights (the regions of Ericson, Real-Time Collision Detection, 5.1.5); returns the
+ * distance. Slivers and triangles without area give the nearest point of their sides. */
 double nearest_on_triangle(double point[3], double weight[3], const double p[3], const double a[3], const double b[3], const double c[3]);
 
 #endif

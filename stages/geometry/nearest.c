@@ -1,0 +1,340 @@
+/* Nearest points on a triangle mesh: Embree 3 finds the candidates, double precision decides.
+ *
+ * Embree works in single precision. The mesh is centred and scaled to the cube [-1, 1]^3 for it, and every radius
+ * that it gets is a little larger than the true one, by more than all its roundings together; each triangle that it
+ * reports is then measured in the caller's own coordinates. So the answer is the one that a search of all triangles
+ * in double precision would give, whatever the shape of the tree. */
+#include "stages/geometry/nearest.h"
+
+#include <embree3/rtcore.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "formats/fault.h"
+#include "stages/geometry/vector.h"
+
+/* Bounds for Embree's roundings. Vertices lie in [-1, 1], so storing one as float moves it by at most 2^-24 * sqrt(3);
+ * a query point q likewise by 2^-24 * |q|; a box distance takes five more operations. 8 * 2^-24 covers their sum. */
+#define SINGLE_SLACK (8.0 / 16777216.0)
+/* Queries farther out than this (in half sides of the box) would overflow squares in single precision. */
+#define SINGLE_FAR 1e15
+
+struct nearest {
+	const double *xyz;
+	const idx_t *triangle;
+	size_t triangle_count;
+	double *normal;             /* 3 a triangle, unit; 0 for one without area */
+	double centre[3], half_side;
+	RTCDevice device;
+	RTCScene scene;
+};
+
+struct query {
+	const struct nearest *nearest;
+	const struct nearest_filter *filter;
+	const double *p;
+	double slack;               /* absolute, in Embree's units */
+	bool only_preferred;        /* skip triangles that the filter's normal does not like */
+	struct foot foot;
+};
+
+static double segment_foot(double point[3], double *along, const double p[3], const double a[3], const double b[3])
+{
+	double ab[3], ap[3];
+	sub3(ab, b, a);
+	sub3(ap, p, a);
+	const double whole = dot3(ab, ab), part = dot3(ap, ab);
+	if (!(part > 0) || !(whole > 0)) {
+		*along = 0;
+		copy3(point, a);
+	} else if (part >= whole) {
+		*along = 1;
+		copy3(point, b);
+	} else {
+		*along = part / whole;
+		copy3(point, a);
+		add_scaled3(point, *along, ab);
+	}
+	return distance3(p, point);
+}
+
+static bool comes_before(const double a[3], const double b[3])
+{
+	for (int i = 0; i < 3; i++)
+		if (a[i] != b[i])
+			return a[i] < b[i];
+	return false;
+}
+
+/* The three sides first, then the inside: the inside alone fails for slivers, where its weights are quotients of rounding
+ * errors. A side is always run through from its lexicographically lower end, so that the two triangles of an edge
+ * give the same bits and the tie rule holds. */
+double nearest_on_triangle(double point[3], double weight[3], const double p[3], const double a[3], const double b[3], const double c[3])
+{
+	const double *const corner[3] = {a, b, c};
+	double best = INFINITY;
+	copy3(point, a);
+	weight[0] = 1, weight[1] = weight[2] = 0;
+	for (int k = 0; k < 3; k++) {
+		int from = k, to = (k + 1) % 3;
+		if (comes_before(corner[to], corner[from]))
+			from = to, to = k;
+		double foot[3], along;
+		const double distance = segment_foot(foot, &along, p, corner[from], corner[to]);
+		if (distance < best) {
+			best = distance;
+			copy3(point, foot);
+			weight[0] = weight[1] = weight[2] = 0;
+			weight[from] = 1 - along;
+			weight[to] += along;
+		}
+	}
+	double ab[3], ac[3], ap[3], n[3], m[3];
+	sub3(ab, b, a);
+	sub3(ac, c, a);
+	sub3(ap, p, a);
+	cross3(n, ab, ac);
+	const double nn = dot3(n, n);
+	cross3(m, ap, ac);
+	const double v = dot3(m, n) / nn;
+	cross3(m, ab, ap);
+	const double w = dot3(m, n) / nn, u = 1 - v - w;
+	if (u > 0 && v > 0 && w > 0) { /* false for the NaN of a triangle without area */
+		double foot[3];
+		copy3(foot, a);
+		add_scaled3(foot, v, ab);
+		add_scaled3(foot, w, ac);
+		const double distance = distance3(p, foot);
+		if (distance < best) {
+			best = distance;
+			copy3(point, foot);
+			weight[0] = u, weight[1] = v, weight[2] = w;
+		}
+	}
+	return best;
+}
+
+static _Noreturn void embree_failed(RTCDevice device)
+{
+	/* The only ways to fail here are memory and an installation without a usable back end: exit 4 as mem_array does. */
+	fprintf(stderr, "the nearest-point tree could not be built: Embree error %d\n", (int)rtcGetDeviceError(device));
+	exit(EX_SYSTEM);
+}
+
+struct nearest *nearest_new(const double *xyz, size_t vertex_count, const idx_t *triangle, size_t triangle_count)
+{
+	struct nearest *nearest = mem_array(1, sizeof *nearest);
+	nearest->xyz = xyz;
+	nearest->triangle = triangle;
+	nearest->triangle_count = triangle_count;
+	nearest->normal = mem_array(3 * triangle_count, sizeof *nearest->normal);
+	nearest->half_side = 1;
+	if (triangle_count == 0)
+		return nearest;
+
+	/* The box of the triangles, not of the vertices: one stray vertex far away would cost all precision. */
+	double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
+	for (size_t i = 0; i < 3 * triangle_count; i++)
+		for (int k = 0; k < 3; k++) {
+			const double x = xyz[3 * (size_t)triangle[i] + k];
+			low[k] = fmin(low[k], x);
+			high[k] = fmax(high[k], x);
+		}
+	double half_side = 0;
+	for (int k = 0; k < 3; k++) {
+		nearest->centre[k] = low[k] / 2 + high[k] / 2;
+		half_side = fmax(half_side, high[k] / 2 - low[k] / 2);
+	}
+	if (half_side > 0)
+		nearest->half_side = half_side;
+
+	nearest->device = rtcNewDevice(NULL);
+	if (nearest->device == NULL)
+		embree_failed(NULL);
+	nearest->scene = rtcNewScene(nearest->device);
+	rtcSetSceneFlags(nearest->scene, RTC_SCENE_FLAG_ROBUST);
+	const RTCGeometry geometry = rtcNewGeometry(nearest->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+	float *position = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float),
+	                                          vertex_count);
+	unsigned *corner = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned),
+	                                           triangle_count);
+	if (position == NULL || corner == NULL)
+		embree_failed(nearest->device);
+	for (size_t i = 0; i < 3 * vertex_count; i++) {
+		const double x = (xyz[i] - nearest->centre[i % 3]) / nearest->half_side;
+		position[i] = (float)fmax(-2, fmin(2, x)); /* beyond 1: a vertex without triangle */
+	}
+	for (size_t t = 0; t < triangle_count; t++) {
+		const double *at[3];
+		for (int k = 0; k < 3; k++) {
+			corner[3 * t + k] = (unsigned)triangle[3 * t + k];
+			at[k] = xyz + 3 * (size_t)triangle[3 * t + k];
+		}
+		area_vector3(nearest->normal + 3 * t, at[0], at[1], at[2]);
+		normalise3(nearest->normal + 3 * t);
+	}
+	rtcCommitGeometry(geometry);
+	rtcAttachGeometry(nearest->scene, geometry);
+	rtcReleaseGeometry(geometry);
+	rtcCommitScene(nearest->scene);
+	if (rtcGetDeviceError(nearest->device) != RTC_ERROR_NONE)
+		embree_failed(nearest->device);
+	return nearest;
+}
+
+void nearest_free(struct nearest *nearest)
+{
+	if (nearest == NULL)
+		return;
+	if (nearest->device != NULL) {
+		rtcReleaseScene(nearest->scene);
+		rtcReleaseDevice(nearest->device);
+	}
+	free(nearest->normal);
+	free(nearest);
+}
+
+/* A radius in model units as Embree needs it: in its units, and larger than all its errors. */
+static float single_radius(const struct nearest *nearest, double radius, double slack)
+{
+	const double r = radius / nearest->half_side * (1 + SINGLE_SLACK) + slack;
+	return r < 1e18 ? (float)r : INFINITY;
+}
+
+static double triangle_foot(double point[3], double weight[3], const struct nearest *nearest, const double p[3], size_t t)
+{
+	const idx_t *corner = nearest->triangle + 3 * t;
+	return nearest_on_triangle(point, weight, p, nearest->xyz + 3 * (size_t)corner[0], nearest->xyz + 3 * (size_t)corner[1],
+	                           nearest->xyz + 3 * (size_t)corner[2]);
+}
+
+/* Measure one candidate; true when it is the best so far. */
+static bool consider(struct query *query, size_t t)
+{
+	const struct nearest *nearest = query->nearest;
+	const struct nearest_filter *filter = query->filter;
+	if (filter != NULL && filter->label != NULL && filter->label[t] != filter->only)
+		return false;
+	if (query->only_preferred && !(dot3(nearest->normal + 3 * t, filter->normal) > filter->least_dot))
+		return false;
+	struct foot foot;
+	foot.triangle = (idx_t)t;
+	foot.distance = triangle_foot(foot.point, foot.weight, nearest, query->p, t);
+	struct foot *best = &query->foot;
+	if (!(foot.distance < best->distance || (foot.distance == best->distance && (best->triangle == NO_INDEX || foot.triangle < best->triangle))))
+		return false;
+	*best = foot;
+	return true;
+}
+
+static bool on_candidate(struct RTCPointQueryFunctionArguments *arguments)
+{
+	struct query *query = arguments->userPtr;
+	if (!consider(query, arguments->primID))
+		return false;
+	const float radius = single_radius(query->nearest, query->foot.distance, query->slack);
+	if (!(radius < arguments->query->radius))
+		return false;
+	arguments->query->radius = radius;
+	return true;
+}
+
+/* Fill an Embree query around p; false when single precision cannot hold it. */
+static bool single_query(struct RTCPointQuery *single, double *slack, const struct nearest *nearest, const double p[3])
+{
+	double q[3], far = 1;
+	for (int k = 0; k < 3; k++) {
+		q[k] = (p[k] - nearest->centre[k]) / nearest->half_side;
+		far = fmax(far, fabs(q[k]));
+	}
+	single->x = (float)q[0];
+	single->y = (float)q[1];
+	single->z = (float)q[2];
+	single->time = 0;
+	*slack = SINGLE_SLACK * far;
+	return far < SINGLE_FAR;
+}
+
+static void search(struct query *query, double max_distance)
+{
+	query->foot.triangle = NO_INDEX;
+	query->foot.distance = max_distance;
+	struct RTCPointQuery single;
+	if (!single_query(&single, &query->slack, query->nearest, query->p)) {
+		for (size_t t = 0; t < query->nearest->triangle_count; t++)
+			consider(query, t);
+		return;
+	}
+	single.radius = single_radius(query->nearest, max_distance, query->slack);
+	struct RTCPointQueryContext context;
+	rtcInitPointQueryContext(&context);
+	rtcPointQuery(query->nearest->scene, &single, &context, on_candidate, query);
+}
+
+struct foot nearest_point(const struct nearest *nearest, const double p[3], double max_distance, const struct nearest_filter *filter)
+{
+	struct query query = {.nearest = nearest, .filter = filter, .p = p};
+	query.foot.triangle = NO_INDEX;
+	query.foot.distance = INFINITY;
+	if (nearest->triangle_count == 0 || !isfinite(p[0]) || !isfinite(p[1]) || !isfinite(p[2]) || !(max_distance >= 0))
+		return query.foot;
+	search(&query, max_distance);
+	if (query.foot.triangle == NO_INDEX) {
+		query.foot.distance = INFINITY;
+		return query.foot;
+	}
+	if (filter != NULL && filter->normal != NULL &&
+	    !(dot3(nearest->normal + 3 * (size_t)query.foot.triangle, filter->normal) > filter->least_dot)) {
+		struct query preferred = query;
+		preferred.only_preferred = true;
+		search(&preferred, fmin(max_distance, filter->reach * query.foot.distance + filter->slack));
+		if (preferred.foot.triangle != NO_INDEX)
+			query.foot = preferred.foot;
+	}
+	copy3(query.foot.normal, nearest->normal + 3 * (size_t)query.foot.triangle);
+	return query.foot;
+}
+
+struct visit {
+	struct query query;
+	double radius;
+	nearest_visitor *visitor;
+	void *user;
+};
+
+static void visit_one(struct visit *visit, size_t t)
+{
+	double point[3], weight[3];
+	const double distance = triangle_foot(point, weight, visit->query.nearest, visit->query.p, t);
+	if (distance <= visit->radius)
+		visit->visitor(visit->user, (idx_t)t, point, distance);
+}
+
+static bool on_visit(struct RTCPointQueryFunctionArguments *arguments)
+{
+	visit_one(arguments->userPtr, arguments->primID);
+	return false;
+}
+
+void nearest_within(const struct nearest *nearest, const double p[3], double radius, nearest_visitor *visitor, void *user)
+{
+	if (nearest->triangle_count == 0 || !isfinite(p[0]) || !isfinite(p[1]) || !isfinite(p[2]) || !(radius >= 0))
+		return;
+	struct visit visit = {.query = {.nearest = nearest, .p = p}, .radius = radius, .visitor = visitor, .user = user};
+	struct RTCPointQuery single;
+	if (!single_query(&single, &visit.query.slack, nearest, p)) {
+		for (size_t t = 0; t < nearest->triangle_count; t++)
+			visit_one(&visit, t);
+		return;
+	}
+	single.radius = single_radius(nearest, radius, visit.query.slack);
+	struct RTCPointQueryContext context;
+	rtcInitPointQueryContext(&context);
+	rtcPointQuery(nearest->scene, &single, &context, on_visit, &visit);
+}
+
+const double *nearest_normal(const struct nearest *nearest, idx_t triangle)
+{
+	return nearest->normal + 3 * (size_t)triangle;
+}
