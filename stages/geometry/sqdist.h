@@ -6,7 +6,8 @@
 enum sqdist_variant { SQDIST_SIDED = 0, SQDIST_ABS = 1, SQDIST_POINT = 2, SQDIST_TANGENT = 3 };
 
 /* Weight of a coordinate across which the target bends: s = k * delta (curve: curvature vector . offset;
- * surface: - kappa * d). Sided: s / (s - 1) for s < 0, else 0. Always in [0, 1). */
+ * surface: - kappa * d). Sided: s / (s - 1) for s < 0, else 0; abs: |s| / (|s| + 1); point: 1; tangent: 0.
+ * In [0, 1] for every s; 1 is reached by the point variant and by infinite s only. NaN counts as 0. */
 double sqdist_weight(double s, enum sqdist_variant variant);
 
 /* Metric I - (1 - a) t t^T of a curve at a foot point with unit tangent t, curvature vector k, offset = sample - foot. */
