@@ -13,8 +13,8 @@
 struct half {
 	size_t vertex_count, face_count, half_count;
 	idx_t *origin, *next, *previous, *twin, *face; /* half_count each */
-	idx_t *outgoing;  /* a vertex: one half-edge that starts there; at a border the one without twin on its right side, i.e.
-	                     whose previous has no twin; NO_INDEX for a vertex without faces */
+	idx_t *outgoing;  /* a vertex: one half-edge that starts there; at a border the one without twin (nothing on its right
+	                     side), from which a walk over twin[previous[h]] meets all; NO_INDEX for a vertex without faces */
 };
 
 /* Build from face lists (as in struct mesh). Connectivity comes from OpenMesh (through the shim) for manifold input.

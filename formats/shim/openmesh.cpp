@@ -1,0 +1,412 @@
+/* OpenMesh behind C. Its readers deliver into flat arrays through an importer of ours, because its mesh classes would
+ * quietly duplicate vertices at complex edges; its mesh classes serve for connectivity and for edge collapses only. */
+#include "formats/shim/openmesh.h"
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized" /* OpenMesh's vectors have no initial value, and are copied so */
+#endif
+
+#include <cfloat>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <exception>
+#include <istream>
+#include <memory>
+#include <new>
+#include <streambuf>
+#include <string>
+#include <vector>
+
+#include <OpenMesh/Core/IO/MeshIO.hh>
+#include <OpenMesh/Core/IO/IOManager.hh>
+#include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
+#include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
+#include <OpenMesh/Tools/Decimater/DecimaterT.hh>
+#include <OpenMesh/Tools/Decimater/ModBaseT.hh>
+#include <OpenMesh/Core/Geometry/QuadricT.hh>
+
+namespace {
+
+using namespace OpenMesh;
+
+/* Whatever OpenMesh wants to tell goes nowhere: messages are the tools' business. */
+void be_silent()
+{
+	omlog().disable();
+	omout().disable();
+	omerr().disable();
+}
+
+int refuse(char *message, size_t message_size, const char *text)
+{
+	if (message_size > 0)
+		std::snprintf(message, message_size, "%s", text);
+	return -1;
+}
+
+/* Bytes in memory as a stream that can seek (the readers rewind after a look at the header). */
+class MemoryBuffer : public std::streambuf {
+public:
+	MemoryBuffer(const void *data, size_t size)
+	{
+		char *begin = const_cast<char *>(static_cast<const char *>(data));
+		setg(begin, begin, begin + size);
+	}
+
+protected:
+	pos_type seekoff(off_type off, std::ios_base::seekdir way, std::ios_base::openmode) override
+	{
+		const off_type size = egptr() - eback();
+		const off_type from = way == std::ios_base::beg ? 0 : way == std::ios_base::cur ? gptr() - eback() : size;
+		if (from + off < 0 || from + off > size)
+			return pos_type(off_type(-1));
+		setg(eback(), eback() + from + off, egptr());
+		return pos_type(from + off);
+	}
+	pos_type seekpos(pos_type pos, std::ios_base::openmode which) override
+	{
+		return seekoff(off_type(pos), std::ios_base::beg, which);
+	}
+};
+
+/* Collects vertices and faces as they come; everything else is dropped. */
+class Collector : public IO::BaseImporter {
+public:
+	std::vector<double> xyz;
+	std::vector<int64_t> corner;
+	std::vector<size_t> face_start{0};
+
+	VertexHandle add_vertex(const Vec3f &p) override { return add_vertex(Vec3d(p)); }
+	VertexHandle add_vertex(const Vec3d &p) override
+	{
+		xyz.insert(xyz.end(), {p[0], p[1], p[2]});
+		return VertexHandle(int(xyz.size() / 3 - 1));
+	}
+	VertexHandle add_vertex() override { return add_vertex(Vec3d(0, 0, 0)); }
+	HalfedgeHandle add_edge(VertexHandle, VertexHandle) override { return HalfedgeHandle(); }
+	FaceHandle add_face(const VHandles &indices) override
+	{
+		for (const VertexHandle &v : indices)
+			corner.push_back(v.idx());
+		face_start.push_back(corner.size());
+		return FaceHandle(int(face_start.size() - 2));
+	}
+	FaceHandle add_face(HalfedgeHandle) override { return FaceHandle(); }
+	void set_point(VertexHandle v, const Vec3f &p) override
+	{
+		for (int i = 0; i < 3 && size_t(v.idx()) < xyz.size() / 3; i++)
+			xyz[3 * size_t(v.idx()) + size_t(i)] = p[i];
+	}
+	void add_face_texcoords(FaceHandle, VertexHandle, const std::vector<Vec2f> &) override {}
+	void add_face_texcoords(FaceHandle, VertexHandle, const std::vector<Vec3f> &) override {}
+	void set_face_texindex(FaceHandle, int) override {}
+	void set_halfedge(VertexHandle, HalfedgeHandle) override {}
+	void set_normal(VertexHandle, const Vec3f &) override {}
+	void set_normal(VertexHandle, const Vec3d &) override {}
+	void set_color(VertexHandle, const Vec3uc &) override {}
+	void set_color(VertexHandle, const Vec4uc &) override {}
+	void set_color(VertexHandle, const Vec3f &) override {}
+	void set_color(VertexHandle, const Vec4f &) override {}
+	void set_texcoord(VertexHandle, const Vec2f &) override {}
+	void set_status(VertexHandle, const Attributes::StatusInfo &) override {}
+	void set_next(HalfedgeHandle, HalfedgeHandle) override {}
+	void set_face(HalfedgeHandle, FaceHandle) override {}
+	void request_face_texcoords2D() override {}
+	void set_texcoord(HalfedgeHandle, const Vec2f &) override {}
+	void set_texcoord(VertexHandle, const Vec3f &) override {}
+	void set_texcoord(HalfedgeHandle, const Vec3f &) override {}
+	void set_status(HalfedgeHandle, const Attributes::StatusInfo &) override {}
+	void set_color(EdgeHandle, const Vec3uc &) override {}
+	void set_color(EdgeHandle, const Vec4uc &) override {}
+	void set_color(EdgeHandle, const Vec3f &) override {}
+	void set_color(EdgeHandle, const Vec4f &) override {}
+	void set_status(EdgeHandle, const Attributes::StatusInfo &) override {}
+	void set_normal(FaceHandle, const Vec3f &) override {}
+	void set_normal(FaceHandle, const Vec3d &) override {}
+	void set_color(FaceHandle, const Vec3uc &) override {}
+	void set_color(FaceHandle, const Vec4uc &) override {}
+	void set_color(FaceHandle, const Vec3f &) override {}
+	void set_color(FaceHandle, const Vec4f &) override {}
+	void set_status(FaceHandle, const Attributes::StatusInfo &) override {}
+	void add_texture_information(int, std::string) override {}
+	BaseKernel *kernel() override { return &kernel_; }
+	size_t n_vertices() const override { return xyz.size() / 3; }
+	size_t n_faces() const override { return face_start.size() - 1; }
+	size_t n_edges() const override { return 0; }
+
+private:
+	BaseKernel kernel_;
+};
+
+/* A malloc'ed copy (never of size 0), for the C side to free. */
+template <class T> T *give(const std::vector<T> &v)
+{
+	T *copy = static_cast<T *>(std::malloc(v.empty() ? 1 : v.size() * sizeof(T)));
+	if (!copy)
+		throw std::bad_alloc();
+	std::copy(v.begin(), v.end(), copy);
+	return copy;
+}
+
+/* "solid" and "facet" as words: text; else binary. */
+bool is_binary_stl(const void *data, size_t size)
+{
+	const unsigned char *bytes = static_cast<const unsigned char *>(data);
+	if (size < 84)
+		return false;
+	const size_t count = bytes[80] | size_t(bytes[81]) << 8 | size_t(bytes[82]) << 16 | size_t(bytes[83]) << 24;
+	return size == 84 + 50 * count;
+}
+
+struct DoubleTraits : DefaultTraits {
+	typedef Vec3d Point;
+	typedef Vec3d Normal;
+};
+typedef PolyMesh_ArrayKernelT<DoubleTraits> Poly;
+typedef TriMesh_ArrayKernelT<DoubleTraits> Tri;
+
+/* Priority and limits of a collapse. Two quadrics a vertex (Garland and Heckbert 1997), both as weighted means so that
+ * they are squared distances: to the planes of the triangles, weighted by area; and, for border and feature edges, to the planes
+ * through the edge across its triangles, weighted by squared length, without which a border in a plane would cost nothing. */
+template <class MeshT> class ModPlaneDistanceT : public Decimater::ModBaseT<MeshT> {
+public:
+	DECIMATING_MODULE(ModPlaneDistanceT, MeshT, PlaneDistance);
+	explicit ModPlaneDistanceT(MeshT &mesh) : Base(mesh, false)
+	{
+		mesh.add_property(surface_);
+		mesh.add_property(line_);
+	}
+	~ModPlaneDistanceT() override
+	{
+		Base::mesh().remove_property(surface_);
+		Base::mesh().remove_property(line_);
+	}
+	void set_limits(double max_error, double least_cosine)
+	{
+		max_error_ = max_error;
+		least_cosine_ = least_cosine;
+	}
+	void initialize() override
+	{
+		MeshT &mesh = Base::mesh();
+		for (auto v : mesh.vertices())
+			mesh.property(surface_, v) = mesh.property(line_, v) = Sum();
+		for (auto f : mesh.faces()) {
+			Vec3d n = area_vector(f);
+			const double length = n.norm();
+			if (!(length > 0))
+				continue;
+			n /= length;
+			for (auto h : mesh.fh_range(f)) {
+				const auto from = mesh.from_vertex_handle(h), to = mesh.to_vertex_handle(h);
+				mesh.property(surface_, to).add(n, mesh.point(to), length / 2);
+				if (!mesh.is_boundary(mesh.edge_handle(h)) && !mesh.status(mesh.edge_handle(h)).feature())
+					continue;
+				const Vec3d edge = mesh.point(to) - mesh.point(from);
+				Vec3d across = edge % n;
+				const double norm = across.norm();
+				if (!(norm > 0))
+					continue;
+				across /= norm;
+				mesh.property(line_, from).add(across, mesh.point(to), norm * norm);
+				mesh.property(line_, to).add(across, mesh.point(to), norm * norm);
+			}
+		}
+	}
+	float collapse_priority(const CollapseInfo &ci) override
+	{
+		MeshT &mesh = Base::mesh();
+		/* Along a chain only: the far end of a chain, where features meet or end, is locked by the caller. */
+		const bool chain = mesh.status(mesh.edge_handle(ci.v0v1)).feature() || mesh.is_boundary(mesh.edge_handle(ci.v0v1));
+		if ((mesh.status(ci.v0).feature() || mesh.is_boundary(ci.v0)) && !chain)
+			return float(Base::ILLEGAL_COLLAPSE);
+		for (auto f : mesh.vf_range(ci.v0)) {
+			if (f == ci.fl || f == ci.fr)
+				continue;
+			Vec3d corner[3], before, after;
+			int i = 0;
+			for (auto v : mesh.fv_range(f))
+				corner[i++] = mesh.point(v);
+			before = (corner[1] - corner[0]) % (corner[2] - corner[0]);
+			i = 0;
+			for (auto v : mesh.fv_range(f))
+				corner[i++] = v == ci.v0 ? ci.p1 : mesh.point(v);
+			after = (corner[1] - corner[0]) % (corner[2] - corner[0]);
+			const double scale = before.norm() * after.norm();
+			if (!(after.norm() > 0) || (scale > 0 && (before | after) < least_cosine_ * scale))
+				return float(Base::ILLEGAL_COLLAPSE);
+		}
+		Sum surface = mesh.property(surface_, ci.v0), line = mesh.property(line_, ci.v0);
+		surface += mesh.property(surface_, ci.v1);
+		line += mesh.property(line_, ci.v1);
+		const double error = std::max(surface.mean(ci.p1), line.mean(ci.p1));
+		if (!(error < max_error_))
+			return float(Base::ILLEGAL_COLLAPSE);
+		return float(std::min(error, double(FLT_MAX) / 2));
+	}
+	void postprocess_collapse(const CollapseInfo &ci) override
+	{
+		MeshT &mesh = Base::mesh();
+		mesh.property(surface_, ci.v1) += mesh.property(surface_, ci.v0);
+		mesh.property(line_, ci.v1) += mesh.property(line_, ci.v0);
+	}
+
+private:
+	struct Sum {
+		Geometry::QuadricT<double> quadric;
+		double weight = 0;
+		Sum() { quadric.clear(); }
+		void add(const Vec3d &n, const Vec3d &p, double w)
+		{
+			Geometry::QuadricT<double> q(n[0], n[1], n[2], -(n | p));
+			q *= w;
+			quadric += q;
+			weight += w;
+		}
+		Sum &operator+=(const Sum &other)
+		{
+			quadric += other.quadric;
+			weight += other.weight;
+			return *this;
+		}
+		/* Rounding may take it below 0. */
+		double mean(const Vec3d &p) const { return weight > 0 ? std::max(0.0, quadric(p) / weight) : 0; }
+	};
+	Vec3d area_vector(FaceHandle f) const
+	{
+		Vec3d corner[3];
+		int i = 0;
+		for (auto v : const_cast<ModPlaneDistanceT *>(this)->mesh().fv_range(f))
+			corner[i++] = const_cast<ModPlaneDistanceT *>(this)->mesh().point(v);
+		return (corner[1] - corner[0]) % (corner[2] - corner[0]);
+	}
+	VPropHandleT<Sum> surface_, line_;
+	double max_error_ = DBL_MAX, least_cosine_ = 0.5;
+};
+
+} // namespace
+
+extern "C" int shim_read(const void *data, size_t size, const char *extension, double **xyz, size_t *vertex_count, int64_t **corner,
+                         size_t **face_start, size_t *face_count, char *message, size_t message_size)
+{
+	try {
+		be_silent();
+		MemoryBuffer buffer(data, size);
+		std::istream stream(&buffer);
+		IO::Options options;
+		std::string kind(extension);
+		if (kind == "stl" && is_binary_stl(data, size))
+			options += IO::Options::Binary;
+		if (kind == "stl" || kind == "stla" || kind == "stlb")
+			kind = options.check(IO::Options::Binary) ? "stlb" : "stla";
+		Collector collector;
+		if (!IO::IOManager().can_read(kind))
+			return refuse(message, message_size, "no reader for this kind of file");
+		if (!IO::IOManager().read(stream, kind, collector, options))
+			return refuse(message, message_size, "the data cannot be understood");
+		std::unique_ptr<double, decltype(&std::free)> points(give(collector.xyz), &std::free);
+		std::unique_ptr<int64_t, decltype(&std::free)> corners(give(collector.corner), &std::free);
+		*face_start = give(collector.face_start);
+		*xyz = points.release();
+		*corner = corners.release();
+		*vertex_count = collector.n_vertices();
+		*face_count = collector.n_faces();
+		return 0;
+	} catch (const std::exception &error) {
+		return refuse(message, message_size, error.what());
+	} catch (...) {
+		return refuse(message, message_size, "the reader failed");
+	}
+}
+
+extern "C" int shim_twins(int32_t *twin, const int32_t *corner, const size_t *face_start, size_t face_count, size_t vertex_count,
+                          char *message, size_t message_size)
+{
+	try {
+		be_silent();
+		Poly mesh;
+		mesh.reserve(vertex_count, face_start[face_count], face_count);
+		for (size_t v = 0; v < vertex_count; v++)
+			mesh.new_vertex();
+		std::vector<VertexHandle> loop;
+		for (size_t f = 0; f < face_count; f++) {
+			loop.clear();
+			for (size_t h = face_start[f]; h < face_start[f + 1]; h++)
+				loop.push_back(VertexHandle(corner[h]));
+			if (!mesh.add_face(loop).is_valid())
+				return refuse(message, message_size, "the faces do not make a manifold");
+		}
+		/* OpenMesh's half-edge handles to ours: those of a face are met in the order of its corners, from some start. */
+		std::vector<int32_t> ours(mesh.n_halfedges(), -1);
+		for (size_t f = 0; f < face_count; f++) {
+			HalfedgeHandle h = mesh.halfedge_handle(FaceHandle(int(f)));
+			const size_t count = face_start[f + 1] - face_start[f];
+			for (size_t k = 0; k < count && mesh.from_vertex_handle(h).idx() != corner[face_start[f]]; k++)
+				h = mesh.next_halfedge_handle(h);
+			for (size_t k = 0; k < count; k++, h = mesh.next_halfedge_handle(h))
+				ours[size_t(h.idx())] = int32_t(face_start[f] + k);
+		}
+		for (size_t i = 0; i < ours.size(); i++)
+			if (ours[i] >= 0)
+				twin[ours[i]] = ours[i ^ 1]; /* opposite half-edges are stored in pairs */
+		return 0;
+	} catch (const std::exception &error) {
+		return refuse(message, message_size, error.what());
+	} catch (...) {
+		return refuse(message, message_size, "the mesh library failed");
+	}
+}
+
+extern "C" long shim_simplify(int32_t *triangle, size_t triangle_count, const double *xyz, size_t vertex_count, const unsigned char *locked,
+                              const int32_t *feature, size_t feature_count, double max_error, size_t face_target, char *message, size_t message_size)
+{
+	try {
+		be_silent();
+		Tri mesh;
+		Decimater::DecimaterT<Tri> decimater(mesh); /* requests the status attributes */
+		for (size_t v = 0; v < vertex_count; v++)
+			mesh.add_vertex(Vec3d(xyz[3 * v], xyz[3 * v + 1], xyz[3 * v + 2]));
+		for (size_t t = 0; t < triangle_count; t++)
+			if (!mesh.add_face(VertexHandle(triangle[3 * t]), VertexHandle(triangle[3 * t + 1]), VertexHandle(triangle[3 * t + 2])).is_valid())
+				return refuse(message, message_size, "the triangles do not make a manifold");
+		std::vector<unsigned> chain(vertex_count, 0); /* feature and border edges at each vertex */
+		for (size_t i = 0; i < feature_count; i++) {
+			const HalfedgeHandle h = mesh.find_halfedge(VertexHandle(feature[2 * i]), VertexHandle(feature[2 * i + 1]));
+			if (!h.is_valid())
+				return refuse(message, message_size, "a feature edge is not in the mesh");
+			mesh.status(mesh.edge_handle(h)).set_feature(true);
+		}
+		for (auto e : mesh.edges())
+			if (mesh.status(e).feature() || mesh.is_boundary(e))
+				for (auto v : {mesh.from_vertex_handle(mesh.halfedge_handle(e, 0)), mesh.to_vertex_handle(mesh.halfedge_handle(e, 0))}) {
+					chain[size_t(v.idx())]++;
+					if (mesh.status(e).feature())
+						mesh.status(v).set_feature(true);
+				}
+		/* Where chains meet, end or touch a border, a collapse along one of them would tear the others. */
+		for (size_t v = 0; v < vertex_count; v++)
+			if ((locked && locked[v]) || (chain[v] != 0 && chain[v] != 2))
+				mesh.status(VertexHandle(int(v))).set_locked(true);
+		ModPlaneDistanceT<Tri>::Handle handle;
+		decimater.add(handle);
+		decimater.module(handle).set_limits(max_error, std::cos(M_PI / 3));
+		if (!decimater.initialize())
+			return refuse(message, message_size, "the decimater cannot be set up");
+		if (triangle_count > face_target)
+			decimater.decimate_to_faces(0, face_target);
+		long left = 0;
+		for (auto f : mesh.all_faces()) {
+			if (mesh.status(f).deleted())
+				continue;
+			int32_t *corner = triangle + 3 * left++;
+			for (auto v : mesh.fv_range(f))
+				*corner++ = v.idx();
+		}
+		return left;
+	} catch (const std::exception &error) {
+		return refuse(message, message_size, error.what());
+	} catch (...) {
+		return refuse(message, message_size, "the mesh library failed");
+	}
+}
