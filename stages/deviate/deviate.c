@@ -1,0 +1,134 @@
+/* deviate: two surfaces in, how far they are apart out, as key=value lines.
+ *
+ * Area-uniform samples of each surface, the nearest point of each on the other one, both ways (after Metro: Cignoni,
+ * Rocchini and Scopigno 1998; the patch method's section 13.3). */
+#include <math.h>
+#include <stdlib.h>
+
+#include "formats/mesh.h"
+#include "stages/deviate/surface.h"
+#include "stages/geometry/deviation.h"
+#include "stages/tool/tool.h"
+
+struct options {
+	const char *path[2];
+	struct deviation_options measure;
+	struct tool_length mean, max;  /* bounds; value 0: not asked for */
+	struct tool_common common;
+};
+
+static const char usage[] =
+	"usage: deviate [-qv] [-o output] [--samples n] [--seed n] [--mean length] [--max length] original other\n"
+	"  --samples n     samples of each surface, 100 to 100000000 (default 100000)\n"
+	"  --seed n        another set of samples, 0 to 2147483646 (default 1)\n"
+	"  --mean length   exit 1 when the mean of both ways is larger: model units, or % of the original's longest side\n"
+	"  --max length    exit 1 when the maximum of both ways is larger\n"
+	"  -o, --output f  write there instead of to stdout\n";
+
+static struct options parse_options(int argc, char **argv)
+{
+	struct options opt = {.measure = DEVIATION_DEFAULTS};
+	int samples = (int)opt.measure.samples, seed = (int)opt.measure.seed;
+	const struct tool_option table[] = {
+		{"samples", 0, TOOL_INTEGER, &samples, 100, 100000000},
+		{"seed", 0, TOOL_INTEGER, &seed, 0, 2147483646},
+		{"mean", 0, TOOL_LENGTH, &opt.mean, 0, 0},
+		{"max", 0, TOOL_LENGTH, &opt.max, 0, 0},
+		{0},
+	};
+	const int first = tool_options(argc, argv, usage, table, &opt.common, 2, 2);
+	opt.path[0] = argv[first];
+	opt.path[1] = argv[first + 1];
+	opt.measure.samples = (size_t)samples;
+	opt.measure.seed = (uint64_t)seed;
+	return opt;
+}
+
+static void read_surface(struct surface *surface, const char *path)
+{
+	struct fault fault = {0};
+	struct input input;
+	if (!input_read(&input, path, &fault) || !surface_from_input(surface, &input, &fault))
+		tool_fail(&fault);
+	if (!(surface->area > 0) || !isfinite(surface->area))
+		tool_die(EX_BAD_INPUT, "%s: a surface %s", input.shown, surface->area > 0 ? "with an area beyond all numbers" : "without area");
+	input_free(&input);
+}
+
+static void print_surface(FILE *file, const char *name, const struct surface *surface)
+{
+	fprintf(file, "%s_vertices=%zu\n", name, surface->used_count);
+	fprintf(file, "%s_faces=%zu\n", name, surface->mesh.face_count);
+	fprintf(file, "%s_triangles=%zu\n", name, surface->triangle_count);
+	fprintf(file, "%s_degenerate=%zu\n", name, surface->degenerate_count);
+	fprintf(file, "%s_open_edges=%zu\n", name, surface->open_count);
+	fprintf(file, "%s_nonmanifold_edges=%zu\n", name, surface->nonmanifold_count);
+	fprintf(file, "%s_area=%.9g\n", name, surface->area);
+	fprintf(file, "%s_volume=%.9g\n", name, surface->volume);
+}
+
+static void print_side(FILE *file, const char *name, const struct deviation_side *side, const struct deviation *deviation)
+{
+	const struct {
+		const char *key;
+		double value;
+	} line[] = {{"mean", side->mean}, {"rms", side->rms}, {"p50", side->p50}, {"p95", side->p95}, {"p99", side->p99}, {"max", side->max}};
+	for (size_t i = 0; i < sizeof line / sizeof *line; i++) {
+		fprintf(file, "%s_%s_abs=%.9g\n", name, line[i].key, line[i].value);
+		fprintf(file, "%s_%s_diag=%.9g\n", name, line[i].key, line[i].value / deviation->diagonal);
+		fprintf(file, "%s_%s_side=%.9g\n", name, line[i].key, line[i].value / deviation->side);
+	}
+	fprintf(file, "%s_normal_mean_deg=%.6g\n", name, side->normal_mean_deg);
+	fprintf(file, "%s_normal_rms_deg=%.6g\n", name, side->normal_rms_deg);
+	fprintf(file, "%s_normal_p95_deg=%.6g\n", name, side->normal_p95_deg);
+	fprintf(file, "%s_normal_max_deg=%.6g\n", name, side->normal_max_deg);
+	fprintf(file, "%s_turned_share=%.6g\n", name, side->turned_share);
+}
+
+static void print_point(FILE *file, const char *name, const double point[3])
+{
+	fprintf(file, "%s=%.9g,%.9g,%.9g\n", name, point[0], point[1], point[2]);
+}
+
+static bool exceeds(struct tool_length bound, double value, double side)
+{
+	return bound.value > 0 && value > tool_length_in_units(bound, side);
+}
+
+int main(int argc, char **argv)
+{
+	tool_init("deviate");
+	const struct options opt = parse_options(argc, argv);
+	struct surface surface[2];
+	struct deviation_surface measured[2];
+	for (int i = 0; i < 2; i++) {
+		read_surface(&surface[i], opt.path[i]);
+		measured[i] = (struct deviation_surface){surface[i].mesh.xyz, surface[i].mesh.vertex_count, surface[i].triangle,
+		                                         surface[i].triangle_count};
+	}
+	struct fault fault = {0};
+	struct deviation deviation;
+	if (!deviation_measure(&deviation, &measured[0], &measured[1], &opt.measure, &fault))
+		tool_fail(&fault);
+
+	struct output output;
+	if (!output_open(&output, opt.common.output, &fault))
+		tool_fail(&fault);
+	fprintf(output.file, "samples=%zu\nseed=%llu\n", opt.measure.samples, (unsigned long long)opt.measure.seed);
+	fprintf(output.file, "bbox_diagonal=%.9g\nbbox_side=%.9g\n", deviation.diagonal, deviation.side);
+	print_surface(output.file, "a", &surface[0]);
+	print_surface(output.file, "b", &surface[1]);
+	print_side(output.file, "ab", &deviation.ab, &deviation);
+	print_side(output.file, "ba", &deviation.ba, &deviation);
+	print_side(output.file, "sym", &deviation.both, &deviation);
+	print_point(output.file, "ab_max_at", deviation.ab.worst);
+	print_point(output.file, "ba_max_at", deviation.ba.worst);
+	const bool is_over = exceeds(opt.mean, deviation.both.mean, deviation.side) || exceeds(opt.max, deviation.both.max, deviation.side);
+	if (opt.mean.value > 0 || opt.max.value > 0)
+		fprintf(output.file, "bounds=%s\n", is_over ? "exceeded" : "kept");
+	if (!output_commit(&output, &fault))
+		tool_fail(&fault);
+	surface_free(&surface[0]);
+	surface_free(&surface[1]);
+	return is_over ? EX_NO : EX_DONE;
+}

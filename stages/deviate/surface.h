@@ -1,0 +1,22 @@
+/* A mesh as a surface to be measured: triangles, and what can be counted on them. */
+#ifndef CAGEWRIGHT_SURFACE_H
+#define CAGEWRIGHT_SURFACE_H
+
+#include "formats/mesh.h"
+
+struct surface {
+	struct mesh mesh;           /* a soup of triangles (STL) is welded at equal positions */
+	idx_t *triangle;            /* 3 a triangle, from its polygons */
+	size_t triangle_count;
+	size_t used_count;          /* vertices of triangles */
+	size_t degenerate_count;    /* triangles without area */
+	size_t open_count;          /* edges of one triangle */
+	size_t nonmanifold_count;   /* edges of more than two */
+	double area, volume;        /* volume: signed, by the divergence theorem; means something only when nothing is open */
+};
+
+/* Read any foreign mesh or PLY with faces. Faults: as mesh_read; no faces. O(n log n). */
+bool surface_from_input(struct surface *surface, const struct input *input, struct fault *fault);
+void surface_free(struct surface *surface);
+
+#endif

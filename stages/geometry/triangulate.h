@@ -1,0 +1,20 @@
+/* Polygons to triangles. */
+#ifndef CAGEWRIGHT_TRIANGULATE_H
+#define CAGEWRIGHT_TRIANGULATE_H
+
+#include "formats/mesh.h"
+
+/* Polygons with more corners than this are cut as a fan: the search for ears is quadratic. */
+#define TRIANGULATE_EARS_MOST 2000
+
+/* Cut one polygon of count >= 3 corners (vertex indices) into count - 2 triangles of the same orientation.
+ * Quads by the diagonal that leaves no triangle turned over, else the shorter one (ties: the first); larger ones by ears, best shape
+ * first, in the plane of the Newell normal. Exact for planar simple polygons. */
+void triangulate_polygon(idx_t *restrict triangle, const double *restrict xyz, const idx_t *restrict corner, size_t count);
+
+/* All faces of a mesh: returns 3 * *triangle_count indices (caller frees); *face, when not NULL, gets the face that each
+ * triangle comes from (caller frees). Faces with less than 3 corners give nothing. */
+idx_t *triangulate_mesh(size_t *triangle_count, idx_t **face, const double *xyz, const idx_t *corner, const size_t *face_start,
+                        size_t face_count);
+
+#endif
