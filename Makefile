@@ -15,7 +15,7 @@ WARN = -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wvla -Wstrict-p
 all_cflags = -std=c11 -D_GNU_SOURCE -I. $(WARN) -ffp-contract=off -fopenmp -MMD -MP $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer) $(CFLAGS)
 all_cxxflags = -std=c++17 -I. -Wall -Wextra $(WERROR) -ffp-contract=off -MMD -MP $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer) $(CXXFLAGS)
 all_ldflags = -fopenmp -Wl,--as-needed $(if $(SAN),-fsanitize=$(SAN)) $(LDFLAGS)
-OPENMESH = -lOpenMeshCore
+OPENMESH = -lOpenMeshTools -lOpenMeshCore
 LIBS = $(OPENMESH) -lembree3 -lcholmod -llapacke -lz -lpng -lOSMesa -lGLU -lm
 
 STAGES := $(filter-out geometry tool,$(notdir $(patsubst %/,%,$(wildcard stages/*/))))
