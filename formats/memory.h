@@ -23,4 +23,8 @@ void *mem_resize(void *old, size_t count, size_t item_size);
 /* A copy of count items; never NULL. */
 void *mem_copy(const void *from, size_t count, size_t item_size);
 
+/* Who says the message: the tools set a handler that prints it with their name and ends the program. Without one (or
+ * when it returns) the bare text goes to stderr and the program ends with exit 4. */
+void mem_on_failure(void (*handler)(const char *text));
+
 #endif

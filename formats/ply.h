@@ -86,4 +86,13 @@ idx_t *ply_indices(const struct ply_element *element, const struct ply_column *c
 double *ply_points(const struct ply_element *element, const char *shown, struct fault *fault);
 void ply_put_points(struct ply_element *element, const double *xyz);
 
+/* One scalar property as finite doubles (caller frees); NULL with a fault when it is absent or a value is nan or inf. */
+double *ply_numbers(const struct ply_element *element, const char *name, const char *shown, struct fault *fault);
+/* Three scalar properties interleaved, as ply_points does for x y z. */
+double *ply_triples(const struct ply_element *element, const char *const name[3], const char *shown, struct fault *fault);
+void ply_put_triples(struct ply_element *element, const char *const name[3], const double *xyz);
+/* Index columns: a scalar of an integer type (element count values), or int32 lists (start has element count + 1 offsets). */
+void ply_put_indices(struct ply_element *element, const char *name, enum ply_type type, const idx_t *index);
+void ply_put_index_lists(struct ply_element *element, const char *name, const size_t *start, const idx_t *index);
+
 #endif
