@@ -282,6 +282,13 @@ idx_t *ply_indices(const struct ply_element *element, const struct ply_column *c
 	return index;
 }
 
+idx_t *ply_index_scalar(const struct ply_element *element, const char *name, long long low, long long high, const char *shown,
+                        struct fault *fault)
+{
+	const struct ply_column *column = ply_want_scalar(element, name, shown, fault);
+	return column ? ply_indices(element, column, low, high, shown, fault) : NULL;
+}
+
 double *ply_numbers(const struct ply_element *element, const char *name, const char *shown, struct fault *fault)
 {
 	const struct ply_column *column = ply_want_scalar(element, name, shown, fault);

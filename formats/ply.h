@@ -86,6 +86,9 @@ idx_t *ply_indices(const struct ply_element *element, const struct ply_column *c
 double *ply_points(const struct ply_element *element, const char *shown, struct fault *fault);
 void ply_put_points(struct ply_element *element, const double *xyz);
 
+/* ply_want_scalar and ply_indices in one. */
+idx_t *ply_index_scalar(const struct ply_element *element, const char *name, long long low, long long high, const char *shown,
+                        struct fault *fault);
 /* One scalar property as finite doubles (caller frees); NULL with a fault when it is absent or a value is nan or inf. */
 double *ply_numbers(const struct ply_element *element, const char *name, const char *shown, struct fault *fault);
 /* Three scalar properties interleaved, as ply_points does for x y z. */
