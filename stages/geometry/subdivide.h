@@ -18,14 +18,21 @@ struct level {
 	size_t *face_start;     /* face_count + 1 */
 	idx_t *face_origin;     /* the cage face that each face comes from */
 	unsigned char *corner;  /* a vertex: keeps its place (explicit corner of the cage, or three or more sharp edges) */
-	unsigned char *sharp;   /* a corner h of face_corner: 1 when the edge from it to the next corner is sharp */
+	unsigned char *sharp;   /* a corner h of face_corner: 1 when the edge from it to the next corner is sharp or a border */
 };
 void level_free(struct level *level);
 
 /* The cage itself as level 0. Faults (EX_BAD_INPUT): not an orientable manifold (border allowed), scheme rules (Loop needs triangles). */
 bool level_from_cage(struct level *level, const struct cage *cage, struct fault *fault);
 
-/* Fast uniform refiner: n steps with any levels between freed. The result is triangles and quads from level 1 on. */
+/* Vertices, faces and corners (entries of face_corner) after so many steps; SIZE_MAX where that is more than a level can hold
+ * (INDEX_LIMIT). Any of the three pointers may be NULL. */
+void level_refined_size(size_t *vertices, size_t *faces, size_t *corners, const struct level *in, enum cage_scheme scheme, int steps);
+
+/* Fast uniform refiner: n steps with any levels between freed. The result is triangles and quads from level 1 on. The faces of
+ * a face stay together, in its order: with the split into triangles those at its corners, then the middle one; else those at its
+ * corners. New vertices: one an edge, then one at the middle of each face that becomes quads. Sizes must fit
+ * (level_refined_size). 40 ns a vertex of the result at most on today's machines. */
 void level_refine(struct level *out, const struct level *in, enum cage_scheme scheme, int steps);
 
 /* Move every vertex to its limit position (levels >= 1, or level 0 without n-gons), in place. */

@@ -1,0 +1,431 @@
+/* The uniform refiner. Edges are found once, by sorting, on the level that comes in; from there on the edges of the next level
+ * are known by their numbers: the halves of edge e are 2 e (at the vertex with the lower number) and 2 e + 1, and every corner h
+ * has one inner edge 2 E + h (triangles: the edge that cuts the corner; quads: from the midpoint of edge h to the centre).
+ * The corners of the children of a face with corners s .. s + d - 1 are 4 s .. 4 (s + d) - 1 in both splits. */
+#include "stages/geometry/subdivide.h"
+
+#include <assert.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "stages/geometry/subdivide_mask.h"
+#include "stages/geometry/subdivide_topology.h"
+
+/* Rules of vertices: entries of the mask table that exist on every level; those of the first levels' vertices follow. */
+enum { RULE_CORNER, RULE_CREASE, RULE_TRIANGLES_6, RULE_MIXED_5, RULE_QUADS_4, RULE_FIRST };
+
+/* One side of a crease. */
+struct side {
+	idx_t first, k, degree; /* of its face: first corner, place of this corner, number of corners */
+	idx_t edge, a, b;
+	bool is_primary;        /* exactly one side an edge is */
+};
+
+/* Faces of equal degree that follow each other. */
+struct run {
+	size_t degree, face_count;
+};
+
+/* Level l with all that is needed to make level l + 1. */
+struct refiner {
+	enum cage_scheme scheme;
+	size_t vertex_count, edge_count, corner_count;
+	double *xyz;
+	idx_t *corner, *edge;   /* corner_count: vertex and edge of each corner */
+	struct side *side;
+	size_t side_count;
+	struct run *run;
+	size_t run_count;
+	idx_t *rule;            /* a vertex: entry of mask */
+	struct step_mask *mask; /* the whole table, owned with the first level */
+};
+
+static double *at(double *xyz, size_t vertex)
+{
+	return xyz + 3 * vertex;
+}
+
+/* Where the children of a face go. */
+struct child {
+	idx_t *corner, *edge;   /* edge NULL on the last level */
+	idx_t inner;            /* number of the inner edge of the face's first corner */
+};
+
+/* Both halves of an edge, the one at its end a first. */
+static inline void edge_halves(idx_t half[2], idx_t e, idx_t a, idx_t b)
+{
+	half[0] = 2 * e + (a > b);
+	half[1] = 2 * e + (a < b);
+}
+
+static inline void put_quad(idx_t *out, idx_t a, idx_t b, idx_t c, idx_t d)
+{
+	out[0] = a;
+	out[1] = b;
+	out[2] = c;
+	out[3] = d;
+}
+
+/* Children of a face of any degree: a quad at each corner around vertex centre. mid[k] = vertex_count + e[k]. */
+static inline void split_to_quads(struct child child, const idx_t *v, const idx_t *e, size_t degree, idx_t vertex_count, idx_t centre)
+{
+	for (size_t k = 0, p = degree - 1; k < degree; p = k++) {
+		put_quad(child.corner + 4 * k, v[k], vertex_count + e[k], centre, vertex_count + e[p]);
+		if (child.edge) {
+			const size_t n = k + 1 == degree ? 0 : k + 1;
+			put_quad(child.edge + 4 * k, 2 * e[k] + (v[k] > v[n]), child.inner + (idx_t)k, child.inner + (idx_t)p,
+			         2 * e[p] + (v[k] > v[p]));
+		}
+	}
+}
+
+static inline void split_to_triangles(struct child child, const idx_t *v, const idx_t *e, idx_t vertex_count)
+{
+	for (int k = 0; k < 3; k++) {
+		const int p = (k + 2) % 3, n = (k + 1) % 3;
+		child.corner[3 * k] = v[k];
+		child.corner[3 * k + 1] = vertex_count + e[k];
+		child.corner[3 * k + 2] = vertex_count + e[p];
+		child.corner[9 + k] = vertex_count + e[k];
+		if (child.edge) {
+			child.edge[3 * k] = 2 * e[k] + (v[k] > v[n]);
+			child.edge[3 * k + 1] = child.inner + k;
+			child.edge[3 * k + 2] = 2 * e[p] + (v[k] > v[p]);
+			child.edge[9 + k] = child.inner + n;
+		}
+	}
+}
+
+/* Sums for the masks that one face gives; out is the next level, zero at the start. An edge point is
+ * (a + b) / 8 + centre / 8 + (midpoints of the neighbouring edges) / 16 from each face that becomes quads and
+ * 3 (a + b) / 16 + c / 8 from each triangle: the rule (1/4; 1/8; 1/16) of a vertex of valence 4, 5 or 6 on the split mesh. */
+static void triangle_sums(double *restrict out, const double *restrict xyz, const idx_t *v, const idx_t *e, size_t vertex_count)
+{
+	const double *a = xyz + 3 * (size_t)v[0], *b = xyz + 3 * (size_t)v[1], *c = xyz + 3 * (size_t)v[2];
+	double *va = at(out, (size_t)v[0]), *vb = at(out, (size_t)v[1]), *vc = at(out, (size_t)v[2]);
+	double *ab = at(out, vertex_count + (size_t)e[0]), *bc = at(out, vertex_count + (size_t)e[1]), *ca = at(out, vertex_count + (size_t)e[2]);
+	for (int i = 0; i < 3; i++) {
+		const double x = a[i], y = b[i], z = c[i];
+		va[i] += y;
+		vb[i] += z;
+		vc[i] += x;
+		ab[i] += (x + y) * (3.0 / 16) + z * (1.0 / 8);
+		bc[i] += (y + z) * (3.0 / 16) + x * (1.0 / 8);
+		ca[i] += (z + x) * (3.0 / 16) + y * (1.0 / 8);
+	}
+}
+
+/* For a quad all that is (a + b) / 8 + centre / 4. */
+static void quad_sums(double *restrict out, const double *restrict xyz, const idx_t *v, const idx_t *e, size_t vertex_count, size_t centre)
+{
+	const double *a = xyz + 3 * (size_t)v[0], *b = xyz + 3 * (size_t)v[1], *c = xyz + 3 * (size_t)v[2], *d = xyz + 3 * (size_t)v[3];
+	double *va = at(out, (size_t)v[0]), *vb = at(out, (size_t)v[1]), *vc = at(out, (size_t)v[2]), *vd = at(out, (size_t)v[3]);
+	double *ab = at(out, vertex_count + (size_t)e[0]), *bc = at(out, vertex_count + (size_t)e[1]);
+	double *cd = at(out, vertex_count + (size_t)e[2]), *da = at(out, vertex_count + (size_t)e[3]), *m = at(out, centre);
+	for (int i = 0; i < 3; i++) {
+		const double x = a[i], y = b[i], z = c[i], w = d[i], s = ((x + z) + (y + w)) * (1.0 / 4), q = s * (1.0 / 4);
+		va[i] += y + s;
+		vb[i] += z + s;
+		vc[i] += w + s;
+		vd[i] += x + s;
+		ab[i] += (x + y) * (1.0 / 8) + q;
+		bc[i] += (y + z) * (1.0 / 8) + q;
+		cd[i] += (z + w) * (1.0 / 8) + q;
+		da[i] += (w + x) * (1.0 / 8) + q;
+		m[i] = s;
+	}
+}
+
+/* Degree above 4, or a triangle under Catmull-Clark, whose edge points are (a + b + both centres) / 4. */
+static void polygon_sums(double *restrict out, const double *restrict xyz, const idx_t *v, const idx_t *e, size_t degree,
+                         size_t vertex_count, size_t centre, enum cage_scheme scheme)
+{
+	double s[3] = {0, 0, 0};
+	for (size_t k = 0; k < degree; k++)
+		for (int i = 0; i < 3; i++)
+			s[i] += xyz[3 * (size_t)v[k] + (size_t)i];
+	for (int i = 0; i < 3; i++)
+		at(out, centre)[i] = s[i] /= (double)degree;
+	for (size_t k = 0; k < degree; k++) {
+		const size_t before = (k + degree - 1) % degree, next = (k + 1) % degree, after = (k + 2) % degree;
+		const double *a = xyz + 3 * (size_t)v[k], *b = xyz + 3 * (size_t)v[next];
+		const double *p = xyz + 3 * (size_t)v[before], *q = xyz + 3 * (size_t)v[after];
+		double *va = at(out, (size_t)v[k]), *ab = at(out, vertex_count + (size_t)e[k]);
+		for (int i = 0; i < 3; i++) {
+			va[i] += b[i] + s[i];
+			ab[i] += (a[i] + b[i]) * (1.0 / 8);
+			ab[i] += scheme == SCHEME_CATMULLCLARK ? s[i] * (1.0 / 4) : s[i] * (1.0 / 8) + ((a[i] + b[i]) + (p[i] + q[i])) * (1.0 / 32);
+		}
+	}
+}
+
+/* Crease points from creases alone, corners stay, the others by their masks. */
+static void finish_positions(double *restrict out, const struct refiner *r)
+{
+	for (size_t s = 0; s < r->side_count; s++) {
+		const struct side *side = r->side + s;
+		const double *a = at(r->xyz, (size_t)side->a), *b = at(r->xyz, (size_t)side->b);
+		double *ab = at(out, r->vertex_count + (size_t)side->edge);
+		for (int i = 0; i < 3; i++) {
+			ab[i] = (a[i] + b[i]) * (1.0 / 2);
+			if (r->rule[side->a] == RULE_CREASE)
+				at(out, (size_t)side->a)[i] = 0;
+			if (r->rule[side->b] == RULE_CREASE)
+				at(out, (size_t)side->b)[i] = 0;
+		}
+	}
+	for (size_t s = 0; s < r->side_count; s++) {
+		const struct side *side = r->side + s;
+		const idx_t end[2] = {side->a, side->b};
+		for (int k = 0; side->is_primary && k < 2; k++)
+			if (r->rule[end[k]] == RULE_CREASE)
+				for (int i = 0; i < 3; i++)
+					at(out, (size_t)end[k])[i] += at(r->xyz, (size_t)end[1 - k])[i];
+	}
+	for (size_t v = 0; v < r->vertex_count; v++) {
+		const struct step_mask m = r->mask[r->rule[v]];
+		const double *p = at(r->xyz, v);
+		double *q = at(out, v);
+		for (int i = 0; i < 3; i++)
+			q[i] = p[i] + m.beta * (q[i] - m.count * p[i]);
+	}
+}
+
+/* The sides of the halves of every crease. */
+static void split_sides(struct refiner *out, const struct refiner *r)
+{
+	out->side_count = 2 * r->side_count;
+	out->side = mem_array(out->side_count, sizeof *out->side);
+	for (size_t s = 0; s < r->side_count; s++) {
+		const struct side g = r->side[s];
+		const idx_t d = splits_to_quads((size_t)g.degree, r->scheme) ? 4 : 3, middle = (idx_t)r->vertex_count + g.edge;
+		idx_t half[2];
+		edge_halves(half, g.edge, g.a, g.b);
+		out->side[2 * s] = (struct side){4 * g.first + d * g.k, 0, d, half[0], g.a, middle, g.is_primary};
+		out->side[2 * s + 1] =
+		        (struct side){4 * g.first + d * ((g.k + 1) % g.degree), d - 1, d, half[1], middle, g.b, g.is_primary};
+	}
+}
+
+/* One step. first_mask: entry of the mask table for the first centre of a face. When is_last, what only the next step needs is left out. */
+static void refine_once(struct refiner *out, const struct refiner *r, bool is_last, idx_t first_centre_mask)
+{
+	size_t centre_count = 0;
+	for (size_t i = 0; i < r->run_count; i++)
+		if (splits_to_quads(r->run[i].degree, r->scheme))
+			centre_count += r->run[i].face_count;
+	const size_t v_count = r->vertex_count;
+	*out = (struct refiner){.scheme = r->scheme,
+	                        .vertex_count = v_count + r->edge_count + centre_count,
+	                        .edge_count = 2 * r->edge_count + r->corner_count,
+	                        .corner_count = 4 * r->corner_count,
+	                        .mask = r->mask};
+	out->xyz = mem_array(3 * out->vertex_count, sizeof *out->xyz);
+	out->corner = mem_array(out->corner_count, sizeof *out->corner);
+	if (!is_last) {
+		out->edge = mem_array(out->corner_count, sizeof *out->edge);
+		out->rule = mem_resize(mem_copy(r->rule, v_count, sizeof *out->rule), out->vertex_count, sizeof *out->rule);
+		for (size_t i = v_count; i < v_count + r->edge_count; i++)
+			out->rule[i] = RULE_QUADS_4; /* one less for each triangle at the edge */
+		for (size_t i = 0; i < centre_count; i++)
+			out->rule[v_count + r->edge_count + i] = first_centre_mask == RULE_QUADS_4 ? RULE_QUADS_4 : first_centre_mask + (idx_t)i;
+		out->run = mem_array(r->run_count, sizeof *out->run);
+	}
+	size_t h = 0, centre = v_count + r->edge_count;
+	for (size_t i = 0; i < r->run_count; i++) {
+		const size_t degree = r->run[i].degree;
+		const bool quads = splits_to_quads(degree, r->scheme);
+		for (size_t f = 0; f < r->run[i].face_count; f++, h += degree) {
+			const idx_t *v = r->corner + h, *e = r->edge + h;
+			const struct child child = {out->corner + 4 * h, is_last ? NULL : out->edge + 4 * h, (idx_t)(2 * r->edge_count + h)};
+			if (!quads) {
+				triangle_sums(out->xyz, r->xyz, v, e, v_count);
+				split_to_triangles(child, v, e, (idx_t)v_count);
+				if (!is_last)
+					for (int k = 0; k < 3; k++)
+						out->rule[v_count + (size_t)e[k]]--;
+				continue;
+			}
+			if (degree == 4)
+				quad_sums(out->xyz, r->xyz, v, e, v_count, centre);
+			else
+				polygon_sums(out->xyz, r->xyz, v, e, degree, v_count, centre, r->scheme);
+			split_to_quads(child, v, e, degree, (idx_t)v_count, (idx_t)centre++);
+		}
+		if (!is_last) {
+			const size_t d = quads ? 4 : 3, count = r->run[i].face_count * (quads ? degree : 4);
+			if (out->run_count > 0 && out->run[out->run_count - 1].degree == d)
+				out->run[out->run_count - 1].face_count += count;
+			else
+				out->run[out->run_count++] = (struct run){d, count};
+		}
+	}
+	finish_positions(out->xyz, r);
+	split_sides(out, r);
+	if (!is_last)
+		for (size_t s = 0; s < r->side_count; s++)
+			out->rule[v_count + (size_t)r->side[s].edge] = RULE_CREASE;
+}
+
+static void refiner_free(struct refiner *r)
+{
+	free(r->xyz);
+	free(r->corner);
+	free(r->edge);
+	free(r->side);
+	free(r->run);
+	free(r->rule);
+}
+
+/* The level that comes in, with its edges, creases, runs and masks; room for centre_count masks of first centres. */
+static void refiner_start(struct refiner *r, const struct level *in, enum cage_scheme scheme)
+{
+	struct topology t;
+	topology_build(&t, in, scheme);
+	*r = (struct refiner){.scheme = scheme,
+	                      .vertex_count = in->vertex_count,
+	                      .edge_count = t.edge_count,
+	                      .corner_count = in->face_start[in->face_count]};
+	r->xyz = mem_copy(in->xyz, 3 * in->vertex_count, sizeof *r->xyz);
+	r->corner = mem_copy(in->face_corner, r->corner_count, sizeof *r->corner);
+	r->run = mem_array(in->face_count, sizeof *r->run);
+	for (size_t f = 0; f < in->face_count; f++) {
+		const size_t degree = in->face_start[f + 1] - in->face_start[f];
+		if (r->run_count == 0 || r->run[r->run_count - 1].degree != degree)
+			r->run[r->run_count++].degree = degree;
+		r->run[r->run_count - 1].face_count++;
+	}
+	size_t sides = 0;
+	for (size_t h = 0; h < r->corner_count; h++)
+		sides += t.crease[t.edge[h]];
+	r->side = mem_array(sides, sizeof *r->side);
+	for (size_t h = 0; h < r->corner_count; h++) {
+		if (!t.crease[t.edge[h]])
+			continue;
+		const size_t first = in->face_start[t.face[h]], degree = in->face_start[t.face[h] + 1] - first;
+		r->side[r->side_count++] = (struct side){(idx_t)first,
+		                                         (idx_t)(h - first),
+		                                         (idx_t)degree,
+		                                         t.edge[h],
+		                                         in->face_corner[h],
+		                                         in->face_corner[corner_next(in, &t, h)],
+		                                         t.half[2 * (size_t)t.edge[h]] == (idx_t)h};
+	}
+	/* one mask a vertex, then one a centre of the faces that come in; valence and quads stay what they are on all levels */
+	r->rule = mem_array(in->vertex_count, sizeof *r->rule);
+	r->mask = mem_array(RULE_FIRST + in->vertex_count + in->face_count, sizeof *r->mask);
+	r->mask[RULE_CORNER] = step_mask_corner();
+	r->mask[RULE_CREASE] = step_mask_crease();
+	r->mask[RULE_TRIANGLES_6] = step_mask_smooth(6, 0);
+	r->mask[RULE_MIXED_5] = step_mask_smooth(5, 2);
+	r->mask[RULE_QUADS_4] = step_mask_smooth(4, 4);
+	size_t mask_count = RULE_FIRST;
+	for (size_t v = 0; v < in->vertex_count; v++) {
+		if (t.kind[v] == KIND_CORNER || t.kind[v] == KIND_CREASE) {
+			r->rule[v] = t.kind[v] == KIND_CORNER ? RULE_CORNER : RULE_CREASE;
+		} else if (t.valence[v] == 4 && t.quads[v] == 4) {
+			r->rule[v] = RULE_QUADS_4;
+		} else if (t.valence[v] == 6 && t.quads[v] == 0) {
+			r->rule[v] = RULE_TRIANGLES_6;
+		} else {
+			r->mask[mask_count] = step_mask_smooth((size_t)t.valence[v], (size_t)t.quads[v]);
+			r->rule[v] = (idx_t)mask_count++;
+		}
+	}
+	const size_t first_centre = RULE_FIRST + in->vertex_count;
+	for (size_t f = 0, centre = 0; f < in->face_count; f++) {
+		const size_t degree = in->face_start[f + 1] - in->face_start[f];
+		if (splits_to_quads(degree, scheme))
+			r->mask[first_centre + centre++] = step_mask_smooth(degree, degree);
+	}
+	r->edge = t.edge;
+	t.edge = NULL;
+	topology_free(&t);
+}
+
+/* Faces and corners of the children of a face of this degree after so many steps. */
+static size_t face_children(size_t degree, enum cage_scheme scheme, int steps)
+{
+	if (steps == 0)
+		return 1;
+	return splits_to_quads(degree, scheme) ? degree << (2 * (steps - 1)) : (size_t)1 << (2 * steps);
+}
+
+void level_refined_size(size_t *vertices, size_t *faces, size_t *corners, const struct level *in, enum cage_scheme scheme, int steps)
+{
+	size_t none;
+	vertices = vertices ? vertices : &none;
+	faces = faces ? faces : &none;
+	corners = corners ? corners : &none;
+	*vertices = in->vertex_count;
+	*faces = in->face_count;
+	*corners = in->face_start[in->face_count];
+	if (steps == 0 || in->face_count == 0)
+		return;
+	struct topology t;
+	topology_build(&t, in, scheme);
+	size_t e = t.edge_count, triangles = 0, others = 0;
+	topology_free(&t);
+	for (size_t f = 0; f < in->face_count; f++)
+		if (splits_to_quads(in->face_start[f + 1] - in->face_start[f], scheme))
+			others++;
+		else
+			triangles++;
+	for (int s = 0; s < steps; s++) {
+		const size_t c = *corners;
+		/* edges are the largest of the counts besides corners: 2 e + c <= 3 c */
+		if (c > INDEX_LIMIT / 4) {
+			*vertices = *faces = *corners = SIZE_MAX;
+			return;
+		}
+		*vertices += e + others;
+		others = c - 3 * triangles;
+		triangles *= 4;
+		*faces = others + triangles;
+		e = 2 * e + c;
+		*corners = 4 * c;
+	}
+}
+
+void level_refine(struct level *out, const struct level *in, enum cage_scheme scheme, int steps)
+{
+	memset(out, 0, sizeof *out);
+	struct refiner r;
+	refiner_start(&r, in, scheme);
+	struct step_mask *mask = r.mask;
+	for (int s = 0; s < steps; s++) {
+		assert(r.corner_count <= INDEX_LIMIT / 4 && r.edge_count <= INDEX_LIMIT / 4);
+		struct refiner next;
+		refine_once(&next, &r, s == steps - 1, s == 0 ? (idx_t)(RULE_FIRST + in->vertex_count) : RULE_QUADS_4);
+		refiner_free(&r);
+		r = next;
+	}
+	out->vertex_count = r.vertex_count;
+	out->xyz = r.xyz;
+	out->face_corner = r.corner;
+	r.xyz = NULL;
+	r.corner = NULL;
+	out->corner = mem_array(out->vertex_count, 1);
+	for (size_t v = 0; v < in->vertex_count; v++)
+		out->corner[v] = in->corner[v];
+	out->sharp = mem_array(r.corner_count, 1);
+	for (size_t s = 0; s < r.side_count; s++)
+		out->sharp[r.side[s].first + r.side[s].k] = 1;
+	for (size_t f = 0; f < in->face_count; f++)
+		out->face_count += face_children(in->face_start[f + 1] - in->face_start[f], scheme, steps);
+	out->face_start = mem_array(out->face_count + 1, sizeof *out->face_start);
+	out->face_origin = mem_array(out->face_count, sizeof *out->face_origin);
+	size_t face = 0, start = 0;
+	for (size_t f = 0; f < in->face_count; f++) {
+		const size_t degree = in->face_start[f + 1] - in->face_start[f], count = face_children(degree, scheme, steps);
+		const size_t stride = steps == 0 ? degree : splits_to_quads(degree, scheme) ? 4 : 3;
+		for (size_t k = 0; k < count; k++) {
+			out->face_origin[face] = in->face_origin[f];
+			out->face_start[face++] = start;
+			start += stride;
+		}
+	}
+	out->face_start[face] = start;
+	refiner_free(&r);
+	free(mask);
+}

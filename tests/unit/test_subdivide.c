@@ -1,0 +1,170 @@
+/* Subdivision steps against the published rules, written again here without any of the code under test. */
+#include "tests/unit/cage_samples.h"
+
+#include "stages/geometry/curve.h"
+#include "stages/geometry/vector.h"
+
+/* Faces that hold the edge a-b (either direction). */
+static size_t faces_of_edge(idx_t face[2], const struct level *m, idx_t a, idx_t b)
+{
+	size_t count = 0;
+	for (size_t f = 0; f < m->face_count; f++)
+		for (size_t h = m->face_start[f]; h < m->face_start[f + 1]; h++) {
+			const size_t n = h + 1 == m->face_start[f + 1] ? m->face_start[f] : h + 1;
+			const idx_t c = m->face_corner[h], d = m->face_corner[n];
+			if ((c == a && d == b) || (c == b && d == a))
+				face[count++ % 2] = (idx_t)f;
+		}
+	return count;
+}
+
+static void face_mean(double out[3], const struct level *m, idx_t f)
+{
+	const size_t degree = m->face_start[f + 1] - m->face_start[f];
+	out[0] = out[1] = out[2] = 0;
+	for (size_t h = m->face_start[f]; h < m->face_start[f + 1]; h++)
+		add_scaled3(out, 1.0 / (double)degree, m->xyz + 3 * m->face_corner[h]);
+}
+
+/* Is there a vertex of m at p? */
+static void assert_has_point(const struct level *m, const double p[3])
+{
+	double best = INFINITY;
+	for (size_t v = 0; v < m->vertex_count; v++)
+		best = fmin(best, distance3(m->xyz + 3 * v, p));
+	assert_near(best, 0, 1e-14);
+}
+
+/* Catmull and Clark 1978: face points F, edge points (a + b + F1 + F2) / 4, vertices (Q + 2 R + (n - 3) S) / n, for closed
+ * smooth meshes of any faces. Every point must be there, and no other. */
+static void assert_catmull_clark(const struct level *in, const struct level *out)
+{
+	size_t edges = 0;
+	for (size_t f = 0; f < in->face_count; f++) {
+		double p[3];
+		face_mean(p, in, (idx_t)f);
+		assert_has_point(out, p);
+		for (size_t h = in->face_start[f]; h < in->face_start[f + 1]; h++) {
+			const size_t n = h + 1 == in->face_start[f + 1] ? in->face_start[f] : h + 1;
+			const idx_t a = in->face_corner[h], b = in->face_corner[n];
+			idx_t face[2];
+			assert_int_equal(faces_of_edge(face, in, a, b), 2);
+			edges += a < b;
+			double q[3], e[3] = {0, 0, 0};
+			for (int k = 0; k < 2; k++) {
+				face_mean(q, in, face[k]);
+				add_scaled3(e, 0.25, q);
+			}
+			add_scaled3(e, 0.25, in->xyz + 3 * a);
+			add_scaled3(e, 0.25, in->xyz + 3 * b);
+			assert_has_point(out, e);
+		}
+	}
+	for (size_t v = 0; v < in->vertex_count; v++) {
+		double q[3] = {0, 0, 0}, r[3] = {0, 0, 0}, p[3] = {0, 0, 0};
+		int n = 0;
+		for (size_t f = 0; f < in->face_count; f++)
+			for (size_t h = in->face_start[f]; h < in->face_start[f + 1]; h++) {
+				if (in->face_corner[h] != (idx_t)v)
+					continue;
+				const size_t next = h + 1 == in->face_start[f + 1] ? in->face_start[f] : h + 1;
+				double c[3];
+				face_mean(c, in, (idx_t)f);
+				add_scaled3(q, 1, c);
+				add_scaled3(r, 0.5, in->xyz + 3 * v);
+				add_scaled3(r, 0.5, in->xyz + 3 * in->face_corner[next]);
+				n++;
+			}
+		add_scaled3(p, 1.0 / (n * n), q);
+		add_scaled3(p, 2.0 / (n * n), r);
+		add_scaled3(p, (n - 3.0) / n, in->xyz + 3 * v);
+		assert_near(distance3(p, out->xyz + 3 * v), 0, 1e-14);
+	}
+	assert_int_equal(out->vertex_count, in->vertex_count + edges + in->face_count);
+	assert_int_equal(out->face_count, in->face_start[in->face_count]);
+}
+
+/* Loop 1987: edges 3/8 3/8 1/8 1/8, vertices (1 - n b) v + b sum, b = (5/8 - (3/8 + cos(2 pi / n) / 4)^2) / n. */
+static void assert_loop(const struct level *in, const struct level *out)
+{
+	size_t edges = 0;
+	for (size_t v = 0; v < in->vertex_count; v++) {
+		double sum[3] = {0, 0, 0};
+		int n = 0;
+		for (size_t h = 0; h < 3 * in->face_count; h++) {
+			if (in->face_corner[h] != (idx_t)v)
+				continue;
+			const idx_t w = in->face_corner[h - h % 3 + (h + 1) % 3];
+			add_scaled3(sum, 1, in->xyz + 3 * w);
+			n++;
+			edges += (idx_t)v < w;
+			idx_t face[2];
+			assert_int_equal(faces_of_edge(face, in, (idx_t)v, w), 2);
+			double p[3] = {0, 0, 0};
+			add_scaled3(p, 3.0 / 8 - 1.0 / 4, in->xyz + 3 * v); /* the sums over both faces below add 2/8 each */
+			add_scaled3(p, 3.0 / 8 - 1.0 / 4, in->xyz + 3 * w);
+			for (int k = 0; k < 2; k++)
+				for (int c = 0; c < 3; c++)
+					add_scaled3(p, 1.0 / 8, in->xyz + 3 * in->face_corner[3 * face[k] + c]);
+			assert_has_point(out, p);
+		}
+		const double g = 3.0 / 8 + cos(2 * PI / n) / 4, b = (5.0 / 8 - g * g) / n;
+		double p[3] = {0, 0, 0};
+		add_scaled3(p, 1 - n * b, in->xyz + 3 * v);
+		add_scaled3(p, b, sum);
+		assert_near(distance3(p, out->xyz + 3 * v), 0, 1e-14);
+	}
+	assert_int_equal(out->vertex_count, in->vertex_count + edges);
+	assert_int_equal(out->face_count, 4 * in->face_count);
+}
+
+/* Two steps one after the other, each against the reference. */
+static void two_steps(const double *xyz, size_t count, const int *faces, enum cage_scheme scheme, void (*check)(const struct level *, const struct level *))
+{
+	struct cage cage = cage_make(xyz, count, faces, scheme);
+	struct level l0 = level_make(&cage), l1, l2;
+	level_refine(&l1, &l0, scheme, 1);
+	level_refine(&l2, &l1, scheme, 1);
+	check(&l0, &l1);
+	check(&l1, &l2);
+	level_free(&l0);
+	level_free(&l1);
+	level_free(&l2);
+	cage_drop(&cage);
+}
+
+static void quads_are_catmull_clark(void **state)
+{
+	(void)state;
+	two_steps(cube_xyz, 8, cube_faces, SCHEME_QUADTRI, assert_catmull_clark);
+	two_steps(cube_xyz, 8, cube_faces, SCHEME_CATMULLCLARK, assert_catmull_clark);
+}
+
+static void catmull_clark_takes_any_faces(void **state)
+{
+	(void)state;
+	double xyz[36];
+	prism_points(xyz, 1);
+	two_steps(xyz, 12, prism_faces, SCHEME_CATMULLCLARK, assert_catmull_clark);
+	two_steps(house_xyz, 9, house_faces, SCHEME_CATMULLCLARK, assert_catmull_clark);
+	two_steps(octahedron_xyz, 6, octahedron_faces, SCHEME_CATMULLCLARK, assert_catmull_clark);
+}
+
+static void triangles_are_loop(void **state)
+{
+	(void)state;
+	two_steps(octahedron_xyz, 6, octahedron_faces, SCHEME_QUADTRI, assert_loop);
+	two_steps(octahedron_xyz, 6, octahedron_faces, SCHEME_LOOP, assert_loop);
+	two_steps(tetrahedron_xyz, 4, tetrahedron_faces, SCHEME_QUADTRI, assert_loop);
+	two_steps(tetrahedron_xyz, 4, tetrahedron_faces, SCHEME_LOOP, assert_loop);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+	        cmocka_unit_test(quads_are_catmull_clark),
+	        cmocka_unit_test(catmull_clark_takes_any_faces),
+	        cmocka_unit_test(triangles_are_loop),
+	};
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
