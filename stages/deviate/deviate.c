@@ -6,8 +6,8 @@
 #include <stdlib.h>
 
 #include "formats/mesh.h"
-#include "stages/deviate/surface.h"
 #include "stages/geometry/deviation.h"
+#include "stages/geometry/surface.h"
 #include "stages/tool/tool.h"
 
 struct options {
@@ -48,7 +48,8 @@ static void read_surface(struct surface *surface, const char *path)
 {
 	struct fault fault = {0};
 	struct input input;
-	if (!input_read(&input, path, &fault) || !surface_from_input(surface, &input, &fault))
+	struct mesh mesh;
+	if (!input_read(&input, path, &fault) || !mesh_read(&mesh, &input, &fault) || !surface_from_mesh(surface, &mesh, input.shown, &fault))
 		tool_fail(&fault);
 	if (!(surface->area > 0) || !isfinite(surface->area))
 		tool_die(EX_BAD_INPUT, "%s: a surface %s", input.shown, surface->area > 0 ? "with an area beyond all numbers" : "without area");

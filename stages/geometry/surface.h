@@ -15,8 +15,8 @@ struct surface {
 	double area, volume;        /* volume: signed, by the divergence theorem; means something only when nothing is open */
 };
 
-/* Read any foreign mesh or PLY with faces. Faults: as mesh_read; no faces. O(n log n). */
-bool surface_from_input(struct surface *surface, const struct input *input, struct fault *fault);
+/* Takes the arrays of mesh over (mesh is empty afterwards). Faults: no faces (shown names the file). O(n log n). */
+bool surface_from_mesh(struct surface *surface, struct mesh *mesh, const char *shown, struct fault *fault);
 void surface_free(struct surface *surface);
 
 #endif

@@ -1,4 +1,4 @@
-#include "stages/deviate/surface.h"
+#include "stages/geometry/surface.h"
 
 #include <stdlib.h>
 
@@ -62,18 +62,17 @@ static void add_up(struct surface *surface)
 	free(used);
 }
 
-bool surface_from_input(struct surface *surface, const struct input *input, struct fault *fault)
+bool surface_from_mesh(struct surface *surface, struct mesh *from, const char *shown, struct fault *fault)
 {
-	*surface = (struct surface){0};
+	*surface = (struct surface){.mesh = *from};
+	*from = (struct mesh){0};
 	struct mesh *mesh = &surface->mesh;
-	if (!mesh_read(mesh, input, fault))
-		return false;
 	if (is_soup(mesh))
 		mesh_weld(mesh, 0, NULL);
 	surface->triangle = triangulate_mesh(&surface->triangle_count, NULL, mesh->xyz, mesh->corner, mesh->face_start, mesh->face_count);
 	if (surface->triangle_count == 0) {
 		surface_free(surface);
-		return fault_set(fault, EX_BAD_INPUT, "%s: no faces", input->shown);
+		return fault_set(fault, EX_BAD_INPUT, "%s: no faces", shown);
 	}
 	count_edges(surface);
 	add_up(surface);
