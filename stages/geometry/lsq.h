@@ -10,14 +10,16 @@
 struct lsq; /* opaque */
 
 /* point_count points; fixed[i] != 0 keeps point i at xyz[3 i ..] (moved to the right-hand side). Both arrays are read by
- * lsq_solve and must outlive the system; fixed may be NULL. */
+ * lsq_solve and must outlive the system; fixed may be NULL and may not change, xyz may. One system belongs to one thread;
+ * several systems may be used at once. Sums run in the order of the calls: same calls, same bytes. */
 struct lsq *lsq_new(size_t point_count, const double *xyz, const unsigned char *fixed);
 void lsq_free(struct lsq *lsq);
 
 /* Forget all terms, keep the pattern analysis where the next pattern is the same. */
 void lsq_clear(struct lsq *lsq);
 
-/* Add weight * (sum_j coefficient[j] P[index[j]] - target)^T metric (...), metric: xx xy xz yy yz zz, positive semi-definite. */
+/* Add weight * (sum_j coefficient[j] P[index[j]] - target)^T metric (...), metric: xx xy xz yy yz zz, positive semi-definite.
+ * An index may come twice (its coefficients add up). O(count^2). */
 void lsq_add(struct lsq *lsq, const idx_t *index, const double *coefficient, size_t count, const double target[3], const double metric[6], double weight);
 
 /* Add weight * |P[i] - target|^2 (proximal terms, pulls). */
@@ -26,7 +28,8 @@ void lsq_add_point(struct lsq *lsq, idx_t i, const double target[3], double weig
 /* Mean diagonal entry of the free part so far: the scale for proximal weights. */
 double lsq_scale(const struct lsq *lsq);
 
-/* Solve; fixed points come out as they went in. False when the matrix is not positive definite (nothing written). */
+/* Solve; fixed points come out as they went in. False when the matrix is not positive definite to working precision: some
+ * point has too few terms (nothing is written then). xyz_out may be the array given to lsq_new. */
 bool lsq_solve(struct lsq *lsq, double *xyz_out);
 
 #endif
