@@ -1,6 +1,7 @@
 /* Polygon meshes as flat arrays, and reading them from any foreign file.
  *
- * STL OFF OBJ PLY OM, each also .gz, through the OpenMesh shim; nothing is repaired here. */
+ * STL OFF OBJ PLY, each also .gz, and OM through the OpenMesh shim (its readers of the others turn doubles to floats, and take
+ * damaged files for good ones); nothing is repaired here. See cagewright-mesh(5). */
 #ifndef CAGEWRIGHT_MESH_H
 #define CAGEWRIGHT_MESH_H
 
@@ -21,6 +22,9 @@ struct mesh {
 };
 
 void mesh_free(struct mesh *mesh);
+
+/* Coordinates beyond this are refused: sixth powers of lengths must be doubles. */
+#define MESH_COORDINATE_LIMIT 1e50
 
 /* Read any supported file. The format is told by content where it has a magic (ply, OFF, OM, binary STL size rule),
  * else by the extension of input->shown. Every number, index and promised count is checked.

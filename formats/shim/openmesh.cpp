@@ -301,8 +301,6 @@ extern "C" int shim_read(const void *data, size_t size, const char *extension, d
 		if (kind == "stl" || kind == "stla" || kind == "stlb")
 			kind = options.check(IO::Options::Binary) ? "stlb" : "stla";
 		Collector collector;
-		if (!IO::IOManager().can_read(kind))
-			return refuse(message, message_size, "no reader for this kind of file");
 		if (!IO::IOManager().read(stream, kind, collector, options))
 			return refuse(message, message_size, "the data cannot be understood");
 		std::unique_ptr<double, decltype(&std::free)> points(give(collector.xyz), &std::free);
