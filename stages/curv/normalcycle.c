@@ -14,6 +14,7 @@
 
 #define BENT_RAD (0.05 / DEGREES)        /* edges that bend less hold no curvature worth a larger ball */
 #define FACETS_A_RADIUS 3                /* fewer give up to 36 % error, more blur (measured on cylinders) */
+#define FACETS_LEAST 2
 #define WIDTH_RINGS 5                    /* steps over edges in which the facets' width is looked for */
 #define WIDTH_LIMIT 256                  /* triangles looked at for it */
 #define BENT_LEAST 3                     /* bent edges that a ball must hold, or it grows */
@@ -437,6 +438,13 @@ static double smoothed_radius(const struct cycle *cycle, const double *radius, s
 	return 0.5 * (radius[wedge] + total / (double)count);
 }
 
+/* Where facets are wider than the upper bound, a ball that keeps to it would only see its own edge. */
+static double automatic_radius(double width, const struct normalcycle_options *options)
+{
+	const double high = fmax(options->radius_high, FACETS_LEAST * width);
+	return fmin(fmax(FACETS_A_RADIUS * width, options->radius_low), high);
+}
+
 static void scratch_new(struct scratch *scratch, size_t face_count)
 {
 	scratch->stamp = mem_array(face_count, sizeof *scratch->stamp);
@@ -468,7 +476,7 @@ void normalcycle_tensors(struct normalcycle_result *result, const struct normalc
 			wedge_normal(result->normal + 3 * w, &cycle, (size_t)w);
 			radius[w] = options->radius;
 			if (!(options->radius > 0) && cycle.is_bent[w])
-				radius[w] = fmin(fmax(FACETS_A_RADIUS * facet_width(&cycle, &scratch, (size_t)w), options->radius_low), options->radius_high);
+				radius[w] = automatic_radius(facet_width(&cycle, &scratch, (size_t)w), options);
 		}
 #pragma omp for schedule(dynamic, 64)
 		for (ptrdiff_t w = 0; w < count; w++) {
