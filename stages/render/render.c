@@ -1,0 +1,134 @@
+/* render: any file of the project or a foreign mesh in, a PNG picture out.
+ *
+ * Orthographic, flat light, drawn in software by OSMesa: the same file gives the same picture. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "formats/mesh.h"
+#include "formats/number.h"
+#include "stages/render/legend.h"
+#include "stages/render/picture.h"
+#include "stages/render/raster.h"
+#include "stages/render/show.h"
+#include "stages/tool/tool.h"
+
+struct options {
+	const char *path;
+	const char *against;        /* NULL: none */
+	struct show_options show;
+	struct tool_length range;   /* top of the deviation scale; value 0: the largest */
+	struct view view;
+	struct tool_common common;
+};
+
+static const char usage[] =
+	"usage: render [-qv] [-o picture.png] [--colour how] [--against mesh] [--range length] [--edges] [--level n]\n"
+	"              [--view azimuth,elevation] [--size widthxheight] [file]\n"
+	"  --colour how     shaded, patch, curvature or deviation (default: patch when the file has patches)\n"
+	"  --against mesh   deviation: the surface to measure against; curves: a pale surface behind them\n"
+	"  --range length   deviation: the top of the scale, model units or % of mesh (default: the largest found)\n"
+	"  --edges          draw all edges of the mesh\n"
+	"  --level n        cages: draw the limit surface refined n times, 0 to 7 (default 0: the control mesh)\n"
+	"  --view a,e       degrees: eye around z from x to y, and above the xy plane (default -60,25)\n"
+	"  --size wxh       pixels, 16 to 4096 (default 800x600)\n"
+	"  -o, --output f   write there instead of to stdout\n";
+
+/* "A<separator>B", both within [low, high]. */
+static bool parse_pair(double value[2], const char *text, char separator, const double low[2], const double high[2])
+{
+	const char *middle = strchr(text, separator);
+	return middle != NULL && num_parse(text, (size_t)(middle - text), &value[0]) &&
+	       num_parse(middle + 1, strlen(middle + 1), &value[1]) && value[0] >= low[0] && value[0] <= high[0] && value[1] >= low[1] &&
+	       value[1] <= high[1];
+}
+
+static enum colouring parse_colouring(const char *text)
+{
+	static const char *const name[] = {"auto", "shaded", "patch", "curvature", "deviation"};
+	for (size_t i = 0; i < sizeof name / sizeof *name; i++)
+		if (strcmp(text, name[i]) == 0)
+			return (enum colouring)i;
+	tool_die(EX_BAD_USAGE, "--colour: '%s' is not shaded, patch, curvature or deviation", text);
+}
+
+static struct options parse_options(int argc, char **argv)
+{
+	struct options opt = {.view = {.azimuth_deg = -60, .elevation_deg = 25, .width = 800, .height = 600}};
+	const char *colour = "auto", *view = NULL, *size = NULL;
+	const struct tool_option table[] = {
+		{"colour", 0, TOOL_TEXT, &colour, 0, 0},
+		{"against", 0, TOOL_TEXT, &opt.against, 0, 0},
+		{"range", 0, TOOL_LENGTH, &opt.range, 0, 0},
+		{"edges", 0, TOOL_FLAG, &opt.show.edges, 0, 0},
+		{"level", 0, TOOL_INTEGER, &opt.show.level, 0, 7},
+		{"view", 0, TOOL_TEXT, &view, 0, 0},
+		{"size", 0, TOOL_TEXT, &size, 0, 0},
+		{0},
+	};
+	const int first = tool_options(argc, argv, usage, table, &opt.common, 0, 1);
+	opt.path = first < argc ? argv[first] : NULL;
+	opt.show.colouring = parse_colouring(colour);
+	double pair[2];
+	if (view != NULL) {
+		if (!parse_pair(pair, view, ',', (const double[]){-360, -90}, (const double[]){360, 90}))
+			tool_die(EX_BAD_USAGE, "--view: '%s' is not azimuth,elevation within +-360 and +-90 degrees", view);
+		opt.view.azimuth_deg = pair[0];
+		opt.view.elevation_deg = pair[1];
+	}
+	if (size != NULL) {
+		if (!parse_pair(pair, size, 'x', (const double[]){16, 16}, (const double[]){RASTER_SIDE_MOST, RASTER_SIDE_MOST}) ||
+		    pair[0] != (int)pair[0] || pair[1] != (int)pair[1])
+			tool_die(EX_BAD_USAGE, "--size: '%s' is not widthxheight in pixels, each 16 to %d", size, RASTER_SIDE_MOST);
+		opt.view.width = (int)pair[0];
+		opt.view.height = (int)pair[1];
+	}
+	if (opt.show.colouring == COLOUR_DEVIATION && opt.against == NULL)
+		tool_die(EX_BAD_USAGE, "--colour deviation needs --against");
+	return opt;
+}
+
+static void read_surface(struct surface *surface, const char *path)
+{
+	struct fault fault = {0};
+	struct input input;
+	struct mesh mesh;
+	if (!input_read(&input, path, &fault) || !mesh_read(&mesh, &input, &fault) || !surface_from_mesh(surface, &mesh, input.shown, &fault))
+		tool_fail(&fault);
+	input_free(&input);
+}
+
+int main(int argc, char **argv)
+{
+	tool_init("render");
+	const struct options opt = parse_options(argc, argv);
+	struct fault fault = {0};
+	struct input input;
+	struct scene scene = {0};
+	if (!input_read(&input, opt.path, &fault) || !show_file(&scene, &input, &opt.show, &fault))
+		tool_fail(&fault);
+	if (opt.against != NULL) {
+		struct surface against;
+		read_surface(&against, opt.against);
+		const double side = mesh_bounds(against.mesh.xyz, against.mesh.vertex_count, NULL, NULL);
+		const double top = opt.range.value > 0 ? tool_length_in_units(opt.range, side) : 0;
+		if (opt.show.colouring == COLOUR_DEVIATION) {
+			if (!show_deviation(&scene, &against, top, &fault))
+				tool_die(fault.code, "%s: %s", input.shown, fault.text);
+		} else if (scene.triangle_count == 0) {
+			show_ghost(&scene, &against);
+		}
+		surface_free(&against);
+	}
+	unsigned char *rgb;
+	if (!raster_draw(&rgb, &scene, &opt.view, &fault))
+		tool_fail(&fault);
+	legend_draw(rgb, opt.view.width, opt.view.height, &scene);
+	struct output output;
+	if (!output_open(&output, opt.common.output, &fault) ||
+	    !picture_write(output.file, rgb, opt.view.width, opt.view.height, &fault) || !output_commit(&output, &fault))
+		tool_fail(&fault);
+	free(rgb);
+	scene_free(&scene);
+	input_free(&input);
+	return EX_DONE;
+}

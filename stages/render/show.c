@@ -1,0 +1,76 @@
+#include "stages/render/show.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "formats/mesh.h"
+
+/* Smooth shading across edges that bend less; more is drawn as an edge. Coarse tessellations of round things bend by up to
+ * 30 degrees (twelve sides), the blunt edges of parts by 40 and more. */
+#define CREASE_DEG 35
+
+static const struct colour plain = {176, 190, 204};
+static const struct colour thin = {70, 75, 80};
+
+static bool show_foreign(struct scene *scene, const struct input *input, const struct show_options *options, struct fault *fault)
+{
+	if (options->colouring == COLOUR_PATCH || options->colouring == COLOUR_CURVATURE)
+		return fault_set(fault, EX_BAD_INPUT, "%s: a plain mesh has no %s to colour by", input->shown,
+		                 options->colouring == COLOUR_PATCH ? "patches" : "curvatures");
+	struct mesh mesh;
+	struct surface surface;
+	if (!mesh_read(&mesh, input, fault) || !surface_from_mesh(&surface, &mesh, input->shown, fault))
+		return false;
+	scene_set_surface(scene, surface.mesh.xyz, surface.mesh.vertex_count, surface.triangle, surface.triangle_count, plain);
+	scene_smooth(scene, CREASE_DEG, NULL, 0);
+	if (options->edges)
+		scene_add_edges(scene, surface.mesh.xyz, surface.mesh.corner, surface.mesh.face_start, surface.mesh.face_count, thin, 0.7f);
+	surface_free(&surface);
+	return true;
+}
+
+void show_ghost(struct scene *scene, const struct surface *surface)
+{
+	static const struct colour pale = {226, 231, 236};
+	scene_set_surface(scene, surface->mesh.xyz, surface->mesh.vertex_count, surface->triangle, surface->triangle_count, pale);
+	scene_smooth(scene, CREASE_DEG, NULL, 0);
+}
+
+static bool is_cage(const struct ply *ply)
+{
+	for (size_t i = 0; i < ply->comment_count; i++)
+		if (strncmp(ply->comment[i], "comment cagewright scheme ", 26) == 0)
+			return true;
+	return false;
+}
+
+static bool show_cage_ply(struct scene *scene, const struct ply *ply, const char *shown, const struct show_options *options,
+                          struct fault *fault)
+{
+	struct cage cage;
+	if (!cage_from_ply(&cage, ply, shown, fault))
+		return false;
+	const bool done = show_cage(scene, &cage, shown, options, fault);
+	cage_free(&cage);
+	return done && (ply_element(ply, "netpoint") == NULL || show_network(scene, ply, "netpoint", shown, fault));
+}
+
+bool show_file(struct scene *scene, const struct input *input, const struct show_options *options, struct fault *fault)
+{
+	if (input->size < 4 || memcmp(input->data, "ply", 3) != 0)
+		return show_foreign(scene, input, options, fault);
+	struct ply ply;
+	if (!ply_read(&ply, input, fault))
+		return false;
+	bool done;
+	if (ply_element(&ply, "wedge") != NULL)
+		done = show_dense(scene, &ply, input->shown, options, fault);
+	else if (is_cage(&ply) || ply_element(&ply, "netpoint") != NULL)
+		done = show_cage_ply(scene, &ply, input->shown, options, fault);
+	else if (ply_element(&ply, "curve") != NULL)
+		done = show_network(scene, &ply, "vertex", input->shown, fault);
+	else
+		done = show_foreign(scene, input, options, fault);
+	ply_free(&ply);
+	return done;
+}
