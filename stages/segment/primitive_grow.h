@@ -1,0 +1,54 @@
+/* Growing one analytic surface over the triangles that it explains. All lengths in units of the facets (longest side 1). */
+#ifndef CAGEWRIGHT_PRIMITIVE_GROW_H
+#define CAGEWRIGHT_PRIMITIVE_GROW_H
+
+#include "stages/geometry/primitive.h"
+#include "stages/segment/facets.h"
+
+/* Workspace and rules of growing; one a thread. */
+struct grower {
+	const struct facets *facets;
+	const idx_t *flat;       /* the coplanar cluster of each triangle */
+	const idx_t *owner;      /* region that a triangle already belongs to; growing takes only NO_INDEX */
+	double distance;         /* most distance of a vertex to the surface */
+	double angle;            /* radians: most angle of a facet to the surface, beyond what noise and the facet's own turn explain */
+	/* result of the last grow_region, in order of growth */
+	idx_t *region;
+	size_t region_count;
+	double region_area;
+	double turn;             /* typical large turn of one facet: the second largest of its flats */
+	size_t flat_count;       /* distinct flats in it, counted up to a few */
+	size_t work;             /* triangles visited and points fitted so far: bounds the whole search */
+	/* private */
+	uint32_t *stamp, *vertex_stamp, tick;
+	double *points, *elements, *normals, *weights;
+};
+
+void grower_init(struct grower *grower, const struct facets *facets);
+void grower_free(struct grower *grower);
+
+/* Does the surface explain the triangle? turn_limit: most angle between surface normals at its corners (chord length, < 2);
+ * turn (may be NULL) gets that angle. */
+bool grow_explains(const struct grower *grower, const struct dense_patch *patch, idx_t t, double turn_limit, double *turn);
+
+/* Collect the connected triangles around seed (count of them, which must be free) that the surface explains.
+ * Returns the area, 0 when no seed triangle fits. */
+double grow_region(struct grower *grower, const struct dense_patch *patch, const idx_t *seed, size_t seed_count, double turn_limit);
+
+/* Guess a surface of the kind from triangles and fit it to their vertices. False when there is none or
+ * the vertices lie off it by more than most. */
+bool grow_hypothesis(struct grower *grower, struct dense_patch *patch, enum patch_kind kind, const idx_t *part, size_t count, double most);
+
+/* Alternate growing from the seed and refitting until nothing is gained. Returns the area of the last region, 0 when it
+ * is not worth a patch of that kind: too few facets to confirm the surface, or all facets in one plane. */
+double grow_refine(struct grower *grower, struct dense_patch *patch, const idx_t *seed, size_t seed_count);
+
+/* Fit patch (a good guess) to the vertices of count triangles; false leaves it. */
+bool grow_fit(struct grower *grower, struct dense_patch *patch, const idx_t *part, size_t count);
+
+/* Largest distance of the vertices of count triangles. */
+double grow_residual(const struct facets *facets, const struct dense_patch *patch, const idx_t *part, size_t count);
+/* Root mean square of these distances over the corners of the triangles. */
+double grow_rms(const struct facets *facets, const struct dense_patch *patch, const idx_t *part, size_t count);
+
+#endif

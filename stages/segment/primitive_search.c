@@ -1,0 +1,387 @@
+/* Find analytic surfaces that explain large connected parts of a mesh.
+ *
+ * Hypotheses come from small connected groups of flats (coplanar clusters) around seeds, are grown over everything that
+ * they explain, and refitted; then the largest is taken, the others are regrown in what is left, and so on (the greedy
+ * order of Schnabel, Wahl, Klein, Efficient RANSAC for point-cloud shape detection, 2007, with seeds by area instead of
+ * random ones, so that the same part gives the same patches). Rounds repeat in what is left. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "formats/memory.h"
+#include "stages/geometry/vector.h"
+#include "stages/segment/primitive_grow.h"
+#include "stages/segment/primitive_search.h"
+
+#define ROUNDS_MOST 6
+#define SIMPLER_SHARE 1.15   /* a surface with more parameters must explain so much more area */
+#define RING_FLATS_MOST 64
+#define NEIGHBOURS_MOST 5
+
+struct proposal {
+	struct dense_patch patch;
+	double area, turn_limit;
+	idx_t flat;              /* seed */
+};
+
+struct search {
+	const struct facets *facets;
+	const struct flats *flats;
+	const struct search_options *options;
+	struct regions *regions;
+	struct grower grower;
+	unsigned char *is_covered; /* a triangle: some proposal of this round explains it, or its surroundings were tried in vain */
+	idx_t *group;            /* triangles of a group of flats */
+	size_t group_count;
+	uint32_t *flat_stamp, tick;
+};
+
+static const enum patch_kind simplest_first[] = {PATCH_PLANE, PATCH_SPHERE, PATCH_CYLINDER, PATCH_CONE, PATCH_TORUS};
+#define KINDS (sizeof simplest_first / sizeof *simplest_first)
+
+static double surface_turn_limit(const struct grower *g, const struct dense_patch *patch)
+{
+	return patch->kind == PATCH_PLANE ? 0.95 : fmin(0.95, 1.5 * g->turn + 0.01);
+}
+
+static bool is_free_flat(const struct search *s, idx_t flat)
+{
+	return s->regions->label[s->flats->member[s->flats->start[flat]]] == NO_INDEX;
+}
+
+static const idx_t *flat_members(const struct search *s, idx_t flat, size_t *count)
+{
+	*count = s->flats->start[flat + 1] - s->flats->start[flat];
+	return s->flats->member + s->flats->start[flat];
+}
+
+static void group_add(struct search *s, idx_t flat)
+{
+	size_t count;
+	const idx_t *member = flat_members(s, flat, &count);
+	for (size_t i = 0; i < count; i++)
+		if (s->regions->label[member[i]] == NO_INDEX)
+			s->group[s->group_count++] = member[i];
+	s->flat_stamp[flat] = s->tick;
+}
+
+/* Flats around the seed in breadth-first order until there are want of them; flats much larger than the seed are other
+ * surfaces, most likely. Returns how many were taken. */
+static size_t collect_ring(struct search *s, idx_t flat, size_t want)
+{
+	const struct facets *f = s->facets;
+	size_t flats = 1;
+	s->tick++;
+	s->group_count = 0;
+	group_add(s, flat);
+	for (size_t head = 0; head < s->group_count && flats < want; head++)
+		for (int k = 0; k < 3 && flats < want; k++) {
+			const idx_t h = 3 * s->group[head] + k, to = f->neighbour[h];
+			if (f->is_sharp[h] || s->regions->label[to] != NO_INDEX)
+				continue;
+			const idx_t other = s->flats->of[to];
+			if (s->flat_stamp[other] == s->tick || s->flats->area[other] > 5 * s->flats->area[flat])
+				continue;
+			group_add(s, other);
+			flats++;
+		}
+	return flats;
+}
+
+struct flat_neighbour {
+	idx_t flat;
+	double length;
+};
+
+/* The free flats across the longest smooth borders of a flat, longest first. */
+static int neighbours_of(const struct search *s, idx_t flat, struct flat_neighbour best[NEIGHBOURS_MOST])
+{
+	const struct facets *f = s->facets;
+	struct flat_neighbour all[RING_FLATS_MOST];
+	int count = 0, taken = 0;
+	size_t members;
+	const idx_t *member = flat_members(s, flat, &members);
+	for (size_t i = 0; i < members; i++)
+		for (int k = 0; k < 3; k++) {
+			const idx_t h = 3 * member[i] + k, to = f->neighbour[h];
+			if (f->is_sharp[h] || s->flats->of[to] == flat || s->regions->label[to] != NO_INDEX)
+				continue;
+			int j = 0;
+			while (j < count && all[j].flat != s->flats->of[to])
+				j++;
+			if (j == RING_FLATS_MOST)
+				continue;
+			if (j == count)
+				all[count++] = (struct flat_neighbour){s->flats->of[to], 0};
+			all[j].length += f->length[h];
+		}
+	for (; taken < NEIGHBOURS_MOST && count; taken++) {
+		int most = 0;
+		for (int j = 1; j < count; j++)
+			if (all[j].length > all[most].length || (all[j].length == all[most].length && all[j].flat < all[most].flat))
+				most = j;
+		best[taken] = all[most];
+		all[most] = all[--count];
+	}
+	return taken;
+}
+
+static bool is_better(const struct proposal *a, const struct proposal *b)
+{
+	const int pa = primitive_parameter_count(a->patch.kind), pb = primitive_parameter_count(b->patch.kind);
+	if (!(b->area > 0) || !(a->area > 0))
+		return a->area > b->area;
+	if (pa > pb)
+		return a->area > SIMPLER_SHARE * b->area;
+	if (pa < pb)
+		return a->area * SIMPLER_SHARE > b->area;
+	return a->area > b->area * (1 + 1e-9);
+}
+
+/* Try the kinds on the present group, seeded by flat; keep the best. */
+static void try_group(struct search *s, idx_t flat, size_t first_kind, struct proposal *best)
+{
+	size_t seeds;
+	const idx_t *seed = flat_members(s, flat, &seeds);
+	for (size_t k = first_kind; k < KINDS; k++) {
+		struct proposal p = {.flat = flat};
+		if (!grow_hypothesis(&s->grower, &p.patch, simplest_first[k], s->group, s->group_count, 2 * s->options->distance))
+			continue;
+		p.area = grow_refine(&s->grower, &p.patch, seed, seeds);
+		p.turn_limit = surface_turn_limit(&s->grower, &p.patch);
+		if (is_better(&p, best))
+			*best = p;
+	}
+}
+
+/* A plane among facets of its own size is most likely a facet of something curved. */
+static bool is_significant_plane(struct search *s, const struct proposal *p, const struct flat_neighbour *neighbour, int count)
+{
+	int large = 0;
+	for (int i = 0; i < count; i++)
+		large += s->flats->area[neighbour[i].flat] * 3 > p->area;
+	return count == 0 || large == 0 || p->area > 0.01 * s->facets->total_area;
+}
+
+static struct proposal propose(struct search *s, idx_t flat)
+{
+	struct proposal best = {.flat = flat};
+	struct flat_neighbour neighbour[NEIGHBOURS_MOST];
+	const int neighbours = neighbours_of(s, flat, neighbour);
+
+	s->group_count = 0;
+	s->tick++;
+	group_add(s, flat);
+	const double flat_area = s->flats->area[flat];
+	size_t seeds;
+	const idx_t *seed = flat_members(s, flat, &seeds);
+	if (grow_hypothesis(&s->grower, &best.patch, PATCH_PLANE, seed, seeds, s->options->distance)) {
+		best.area = grow_refine(&s->grower, &best.patch, seed, seeds);
+		best.turn_limit = 0.95;
+	}
+	if (neighbours > 0) {
+		for (size_t want = 8; want <= 40; want *= 5)
+			if (collect_ring(s, flat, want) >= 3)
+				try_group(s, flat, want > 8 ? 0 : 1, &best);
+		/* a strip of facets: the seed with two neighbours; only when the rings found nothing better than the seed itself */
+		for (int i = 0; i < neighbours && best.area < 2.5 * flat_area; i++)
+			for (int j = 0; j < i && best.area < 2.5 * flat_area; j++) {
+				s->tick++;
+				s->group_count = 0;
+				group_add(s, flat);
+				group_add(s, neighbour[i].flat);
+				group_add(s, neighbour[j].flat);
+				try_group(s, flat, 1, &best);
+			}
+	}
+	if (best.area > 0 && best.patch.kind == PATCH_PLANE && !is_significant_plane(s, &best, neighbour, neighbours))
+		best.area = 0;
+	if (best.area < s->options->least_area)
+		best.area = 0;
+	return best;
+}
+
+static void cover(struct search *s, const idx_t *part, size_t count)
+{
+	for (size_t i = 0; i < count; i++)
+		s->is_covered[part[i]] = 1;
+}
+
+/* Take proposals by area; one whose triangles went to others is regrown in the rest and waits its turn. */
+static size_t accept(struct search *s, struct proposal *proposal, size_t count)
+{
+	size_t accepted = 0;
+	while (count) {
+		size_t most = 0;
+		for (size_t i = 1; i < count; i++)
+			if (is_better(&proposal[i], &proposal[most]))
+				most = i;
+		struct proposal p = proposal[most];
+		size_t seeds;
+		const idx_t *seed = flat_members(s, p.flat, &seeds);
+		const double area = grow_region(&s->grower, &p.patch, seed, seeds, p.turn_limit);
+		const bool is_sound = area > 0 && area >= s->options->least_area && (p.patch.kind == PATCH_PLANE || s->grower.flat_count >= 3);
+		if (!is_sound || area < 0.3 * p.area) {
+			proposal[most] = proposal[--count];
+		} else if (area < 0.95 * p.area) {
+			proposal[most].area = area;
+		} else {
+			const idx_t label = regions_add(s->regions, &p.patch);
+			for (size_t i = 0; i < s->grower.region_count; i++)
+				s->regions->label[s->grower.region[i]] = label;
+			accepted++;
+			proposal[most] = proposal[--count];
+		}
+	}
+	return accepted;
+}
+
+struct seed_order {
+	double key;
+	idx_t flat;
+};
+
+static int compare_seeds(const void *left, const void *right)
+{
+	const struct seed_order *a = left, *b = right;
+	if (a->key != b->key)
+		return a->key > b->key ? -1 : 1;
+	return (a->flat > b->flat) - (a->flat < b->flat);
+}
+
+/* Steps from the nearest sharp edge or taken triangle: seeds deep inside see one surface only. */
+static void measure_depth(const struct search *s, int *depth, idx_t *queue)
+{
+	const struct facets *f = s->facets;
+	size_t head = 0, tail = 0;
+	for (size_t t = 0; t < f->triangle_count; t++) {
+		depth[t] = -1;
+		bool is_rim = false;
+		for (int k = 0; k < 3; k++)
+			is_rim = is_rim || f->is_sharp[3 * t + k] || s->regions->label[f->neighbour[3 * t + k]] != NO_INDEX;
+		if (is_rim) {
+			depth[t] = 0;
+			queue[tail++] = (idx_t)t;
+		}
+	}
+	while (head < tail) {
+		const idx_t t = queue[head++];
+		for (int k = 0; k < 3; k++) {
+			const idx_t to = f->neighbour[3 * t + k];
+			if (f->is_sharp[3 * t + k] || depth[to] >= 0)
+				continue;
+			depth[to] = depth[t] + 1;
+			queue[tail++] = to;
+		}
+	}
+	for (size_t t = 0; t < f->triangle_count; t++)
+		depth[t] = depth[t] < 0 ? 8 : depth[t]; /* closed smooth part: no rim at all */
+}
+
+/* One round over what is left; returns how many regions it added. */
+static size_t search_round(struct search *s)
+{
+	const struct facets *f = s->facets;
+	const size_t n = s->flats->count;
+	struct seed_order *order = mem_array(n, sizeof *order);
+	int *depth = mem_array(f->triangle_count, sizeof *depth);
+	idx_t *queue = mem_array(f->triangle_count, sizeof *queue);
+	struct proposal *proposal = NULL;
+	size_t proposals = 0, capacity = 0;
+	measure_depth(s, depth, queue);
+	for (size_t i = 0; i < n; i++) {
+		const int d = depth[s->flats->member[s->flats->start[i]]];
+		order[i] = (struct seed_order){s->flats->area[i] * (1 + d) * (1 + d), (idx_t)i};
+	}
+	qsort(order, n, sizeof *order, compare_seeds);
+	memset(s->is_covered, 0, f->triangle_count);
+	for (size_t i = 0; i < n && s->grower.work < s->options->work_most; i++) {
+		const idx_t flat = order[i].flat, first = s->flats->member[s->flats->start[flat]];
+		if (s->is_covered[first] || !is_free_flat(s, flat))
+			continue;
+		struct proposal p = propose(s, flat);
+		if (!(p.area > 0)) {
+			collect_ring(s, flat, 6);
+			cover(s, s->group, s->group_count);
+			continue;
+		}
+		size_t seeds;
+		const idx_t *seed = flat_members(s, flat, &seeds);
+		grow_region(&s->grower, &p.patch, seed, seeds, p.turn_limit);
+		cover(s, s->grower.region, s->grower.region_count);
+		s->is_covered[first] = 1;
+		if (proposals == capacity) {
+			capacity = capacity ? 2 * capacity : 64;
+			proposal = mem_resize(proposal, capacity, sizeof *proposal);
+		}
+		proposal[proposals++] = p;
+	}
+	free(order);
+	free(depth);
+	free(queue);
+	const size_t accepted = accept(s, proposal, proposals);
+	free(proposal);
+	return accepted;
+}
+
+/* Whole smooth parts that are one surface: most faces of most parts. */
+static void take_whole_parts(struct search *s)
+{
+	const struct facets *f = s->facets;
+	size_t *start = mem_array(f->smooth_part_count + 2, sizeof *start);
+	idx_t *member = mem_array(f->triangle_count, sizeof *member);
+	for (size_t t = 0; t < f->triangle_count; t++)
+		start[f->smooth_part[t] + 2]++;
+	for (size_t i = 2; i < f->smooth_part_count + 2; i++)
+		start[i] += start[i - 1];
+	for (size_t t = 0; t < f->triangle_count; t++)
+		member[start[f->smooth_part[t] + 1]++] = (idx_t)t;
+	for (size_t i = 0; i < f->smooth_part_count; i++) {
+		const idx_t *part = member + start[i];
+		const size_t count = start[i + 1] - start[i];
+		double area = 0;
+		size_t largest = 0;
+		for (size_t j = 0; j < count; j++) {
+			area += f->area[part[j]];
+			if (f->area[part[j]] > f->area[part[largest]])
+				largest = j;
+		}
+		for (size_t k = 0; k < KINDS; k++) {
+			struct dense_patch patch = {0};
+			if (!grow_hypothesis(&s->grower, &patch, simplest_first[k], part, count, s->options->distance))
+				continue;
+			size_t seeds;
+			const idx_t *seed = flat_members(s, s->flats->of[part[largest]], &seeds);
+			if (grow_refine(&s->grower, &patch, seed, seeds) < area * (1 - 1e-6) || s->grower.region_count < count)
+				continue;
+			const idx_t label = regions_add(s->regions, &patch);
+			for (size_t j = 0; j < count; j++)
+				s->regions->label[part[j]] = label;
+			break;
+		}
+	}
+	free(start);
+	free(member);
+}
+
+void primitive_search(struct regions *regions, const struct flats *flats, const struct search_options *options)
+{
+	const struct facets *f = regions->facets;
+	struct search s = {.facets = f, .flats = flats, .options = options, .regions = regions};
+	grower_init(&s.grower, f);
+	s.grower.flat = flats->of;
+	s.grower.owner = regions->label;
+	s.grower.distance = options->distance;
+	s.grower.angle = options->angle;
+	s.is_covered = mem_array(f->triangle_count, 1);
+	s.group = mem_array(f->triangle_count, sizeof *s.group);
+	s.flat_stamp = mem_array(flats->count, sizeof *s.flat_stamp);
+	take_whole_parts(&s);
+	for (int round = 0; round < ROUNDS_MOST && s.grower.work < options->work_most; round++)
+		if (search_round(&s) == 0)
+			break;
+	grower_free(&s.grower);
+	free(s.is_covered);
+	free(s.group);
+	free(s.flat_stamp);
+}

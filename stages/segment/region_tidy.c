@@ -1,0 +1,372 @@
+/* After the search: borders straightened, remains absorbed, equal surfaces united. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "formats/memory.h"
+#include "stages/geometry/vector.h"
+#include "stages/segment/primitive_grow.h"
+#include "stages/segment/region_tidy.h"
+
+#define COST_MOST 25.0  /* a triangle that does not fit at all */
+#define COST_FREE 6.0   /* a triangle of a free region: between "fits badly" and "does not fit" */
+#define ABSORB_PASSES 12
+#define UNITE_PASSES 6
+
+void tidy_free_regions(struct regions *r)
+{
+	const struct facets *f = r->facets;
+	idx_t *queue = mem_array(f->triangle_count, sizeof *queue);
+	for (size_t t = 0; t < f->triangle_count; t++) {
+		if (r->label[t] != NO_INDEX)
+			continue;
+		const struct dense_patch patch = {.kind = PATCH_FREE};
+		const idx_t label = regions_add(r, &patch);
+		size_t head = 0, tail = 0;
+		queue[tail++] = (idx_t)t;
+		r->label[t] = label;
+		while (head < tail) {
+			const idx_t at = queue[head++];
+			for (int k = 0; k < 3; k++) {
+				const idx_t to = f->neighbour[3 * at + k];
+				if (f->is_sharp[3 * at + k] || r->label[to] != NO_INDEX)
+					continue;
+				r->label[to] = label;
+				queue[tail++] = to;
+			}
+		}
+	}
+	free(queue);
+}
+
+/* Misfit of a triangle in squared tolerances: distance of its vertices and deviation of its normal. */
+static double misfit(const struct facets *f, const struct tidy_options *o, const struct dense_patch *patch, idx_t t)
+{
+	if (patch->kind == PATCH_FREE)
+		return COST_FREE;
+	double sum = 0, n[3];
+	for (int k = 0; k < 3; k++) {
+		const double d = 3 * primitive_distance(patch, f->xyz + 3 * f->triangle[3 * t + k]) / o->distance;
+		sum += fmin(COST_MOST, d * d) / 3;
+	}
+	if (f->height[t] > 0) {
+		const double slack = o->angle + fmin(0.7, 1.5 * o->distance / f->height[t]);
+		primitive_foot(patch, f->centroid + 3 * t, NULL, n);
+		const double d = 2 * distance3(n, f->normal + 3 * t) / slack;
+		sum += fmin(COST_MOST, d * d);
+	}
+	return sum;
+}
+
+size_t tidy_borders(struct regions *r, const struct tidy_options *o, int sweeps)
+{
+	const struct facets *f = r->facets;
+	unsigned char *is_active = mem_array(f->triangle_count, 1);
+	size_t changed = 0;
+	memset(is_active, 1, f->triangle_count);
+	for (int sweep = 0; sweep < sweeps; sweep++) {
+		size_t now = 0;
+		for (size_t t = 0; t < f->triangle_count; t++) {
+			if (!is_active[t])
+				continue;
+			is_active[t] = 0;
+			idx_t candidate[4] = {r->label[t]};
+			int candidates = 1;
+			for (int k = 0; k < 3; k++) {
+				const size_t h = 3 * t + k;
+				if (f->is_sharp[h])
+					continue;
+				const idx_t other = r->label[f->neighbour[h]];
+				bool is_new = true;
+				for (int j = 0; j < candidates; j++)
+					is_new = is_new && candidate[j] != other;
+				if (is_new)
+					candidate[candidates++] = other;
+			}
+			if (candidates == 1)
+				continue;
+			double least = INFINITY;
+			idx_t best = candidate[0];
+			for (int j = 0; j < candidates; j++) {
+				double cost = f->area[t] * misfit(f, o, &r->patch[candidate[j]], (idx_t)t);
+				for (int k = 0; k < 3; k++) {
+					const size_t h = 3 * t + k;
+					if (!f->is_sharp[h] && r->label[f->neighbour[h]] != candidate[j])
+						cost += o->smoothness * f->length[h] * fmax(0.1, 1 - fabs(f->bend[h]) / 0.7);
+				}
+				/* the present label keeps ties */
+				if (cost < least * (1 - 1e-9)) {
+					least = cost;
+					best = candidate[j];
+				}
+			}
+			if (best == r->label[t])
+				continue;
+			r->label[t] = best;
+			now++;
+			is_active[t] = 1;
+			for (int k = 0; k < 3; k++)
+				if (f->neighbour[3 * t + k] != NO_INDEX)
+					is_active[f->neighbour[3 * t + k]] = 1;
+		}
+		changed += now;
+		if (!now)
+			break;
+	}
+	free(is_active);
+	return changed;
+}
+
+struct small_region {
+	double area;
+	idx_t region;
+};
+
+static int compare_small(const void *left, const void *right)
+{
+	const struct small_region *a = left, *b = right;
+	if (a->area != b->area)
+		return a->area < b->area ? -1 : 1;
+	return (a->region > b->region) - (a->region < b->region);
+}
+
+/* Mean misfit of a region's triangles to another region's surface. */
+static double mean_misfit(const struct regions *r, const struct tidy_options *o, const struct dense_patch *patch, const idx_t *part, size_t count)
+{
+	double sum = 0, area = 0;
+	for (size_t i = 0; i < count; i++) {
+		sum += r->facets->area[part[i]] * misfit(r->facets, o, patch, part[i]);
+		area += r->facets->area[part[i]];
+	}
+	return area > 0 ? sum / area : 0;
+}
+
+static bool is_small(const struct regions *r, const struct tidy_options *o, idx_t region, const idx_t *part, size_t count)
+{
+	const struct facets *f = r->facets;
+	double area = 0, perimeter = 0, edges = 0;
+	for (size_t i = 0; i < count; i++) {
+		area += f->area[part[i]];
+		for (int k = 0; k < 3; k++) {
+			const idx_t h = 3 * part[i] + k, to = f->neighbour[h];
+			edges += f->length[h];
+			if (to == NO_INDEX || r->label[to] != region)
+				perimeter += f->length[h];
+		}
+	}
+	const bool is_free = r->patch[region].kind == PATCH_FREE;
+	if (area < o->least_area && (is_free || o->is_noisy))
+		return true;
+	if (is_free && count <= 3)
+		return true;
+	/* strips of one triangle's width */
+	return (o->is_noisy || is_free) && 2 * area < 1.2 * perimeter * edges / (3 * (double)count);
+}
+
+size_t tidy_absorb(struct regions *r, const struct tidy_options *o)
+{
+	size_t absorbed = 0;
+	for (int pass = 0; pass < ABSORB_PASSES; pass++) {
+		size_t *start, smalls = 0, now = 0;
+		idx_t *member;
+		struct region_border *border;
+		regions_members(r, &start, &member);
+		const size_t borders = regions_borders(r, &border);
+		struct small_region *small = mem_array(r->count, sizeof *small);
+		idx_t *into = mem_array(r->count, sizeof *into);
+		double *best = mem_array(r->count, sizeof *best);
+		unsigned char *is_candidate = mem_array(r->count, 1), *is_touched = mem_array(r->count, 1);
+		for (size_t i = 0; i < r->count; i++) {
+			into[i] = NO_INDEX;
+			best[i] = INFINITY;
+			const size_t count = start[i + 1] - start[i];
+			if (!count || !is_small(r, o, (idx_t)i, member + start[i], count))
+				continue;
+			double area = 0;
+			for (size_t j = start[i]; j < start[i + 1]; j++)
+				area += r->facets->area[member[j]];
+			small[smalls++] = (struct small_region){area, (idx_t)i};
+			is_candidate[i] = 1;
+		}
+		for (size_t i = 0; i < borders; i++)
+			for (int side = 0; side < 2; side++) {
+				const idx_t a = side ? border[i].high : border[i].low, b = side ? border[i].low : border[i].high;
+				const double smooth = border[i].length - border[i].sharp_length;
+				if (!is_candidate[a] || smooth <= 0)
+					continue;
+				/* where nothing fits, the longer common border decides */
+				const double cost = mean_misfit(r, o, &r->patch[b], member + start[a], start[a + 1] - start[a]) + 1e-3 / smooth;
+				if (cost < best[a]) {
+					best[a] = cost;
+					into[a] = b;
+				}
+			}
+		qsort(small, smalls, sizeof *small, compare_small);
+		for (size_t i = 0; i < smalls; i++) {
+			const idx_t a = small[i].region, b = into[a];
+			if (b == NO_INDEX || is_touched[a] || is_touched[b])
+				continue;
+			for (size_t j = start[a]; j < start[a + 1]; j++)
+				r->label[member[j]] = b;
+			/* b has grown: what it is now is seen in the next pass; but many small ones may join one large one */
+			is_touched[a] = 1;
+			if (is_candidate[b])
+				is_touched[b] = 1;
+			now++;
+		}
+		free(start);
+		free(member);
+		free(border);
+		free(small);
+		free(into);
+		free(best);
+		free(is_candidate);
+		free(is_touched);
+		absorbed += now;
+		if (!now)
+			break;
+	}
+	return absorbed;
+}
+
+/* Share of the area of triangles that the surface explains. */
+static double explained_share(const struct grower *g, const struct dense_patch *patch, const idx_t *part, size_t count, double turn_limit)
+{
+	double in = 0, all = 0;
+	for (size_t i = 0; i < count; i++) {
+		all += g->facets->area[part[i]];
+		if (grow_explains(g, patch, part[i], turn_limit, NULL))
+			in += g->facets->area[part[i]];
+	}
+	return all > 0 ? in / all : 0;
+}
+
+static int compare_border_length(const void *left, const void *right)
+{
+	const struct region_border *a = left, *b = right;
+	if (a->length != b->length)
+		return a->length > b->length ? -1 : 1;
+	if (a->low != b->low)
+		return a->low < b->low ? -1 : 1;
+	return (a->high > b->high) - (a->high < b->high);
+}
+
+/* One surface for both: the larger one's refitted, else a fresh guess, simplest first. */
+static bool fit_union(struct grower *g, struct dense_patch *out, const struct dense_patch *a, const struct dense_patch *b, const idx_t *part,
+                      size_t count, double turn_limit)
+{
+	const int most = primitive_parameter_count(a->kind) > primitive_parameter_count(b->kind) ? primitive_parameter_count(a->kind) : primitive_parameter_count(b->kind);
+	static const enum patch_kind kind[] = {PATCH_PLANE, PATCH_SPHERE, PATCH_CYLINDER, PATCH_CONE, PATCH_TORUS};
+	for (int k = 0; k < 5; k++) {
+		if (primitive_parameter_count(kind[k]) > most)
+			break;
+		struct dense_patch p;
+		if (kind[k] == a->kind) {
+			p = *a;
+			if (grow_fit(g, &p, part, count) && explained_share(g, &p, part, count, turn_limit) > 0.995) {
+				*out = p;
+				return true;
+			}
+		}
+		p = *a;
+		if (grow_hypothesis(g, &p, kind[k], part, count, 2 * g->distance) && explained_share(g, &p, part, count, turn_limit) > 0.995) {
+			*out = p;
+			return true;
+		}
+	}
+	return false;
+}
+
+size_t tidy_unite(struct regions *r, const struct flats *flats, const struct tidy_options *o)
+{
+	const struct facets *f = r->facets;
+	struct grower g;
+	size_t united = 0;
+	grower_init(&g, f);
+	g.flat = flats->of;
+	g.distance = o->distance;
+	g.angle = o->angle;
+	idx_t *part = mem_array(f->triangle_count, sizeof *part);
+	for (int pass = 0; pass < UNITE_PASSES; pass++) {
+		size_t *start, now = 0;
+		idx_t *member;
+		struct region_border *border;
+		regions_members(r, &start, &member);
+		const size_t borders = regions_borders(r, &border);
+		unsigned char *is_touched = mem_array(r->count, 1);
+		qsort(border, borders, sizeof *border, compare_border_length);
+		for (size_t i = 0; i < borders; i++) {
+			idx_t a = border[i].low, b = border[i].high;
+			if (is_touched[a] || is_touched[b] || border[i].sharp_length >= border[i].length)
+				continue;
+			if (r->patch[a].kind == PATCH_FREE || r->patch[b].kind == PATCH_FREE)
+				continue;
+			size_t na = start[a + 1] - start[a], nb = start[b + 1] - start[b];
+			if (na < nb) {
+				const idx_t swap = a;
+				a = b, b = swap;
+				na = start[a + 1] - start[a], nb = start[b + 1] - start[b];
+			}
+			/* one surface for both is near each of them where they meet: most pairs end here */
+			struct grower wide = g;
+			wide.distance = 8 * o->distance;
+			wide.angle = 3 * o->angle;
+			const size_t look = nb < 64 ? nb : 64;
+			if (explained_share(&wide, &r->patch[a], member + start[b], look, 2) <= 0 && explained_share(&wide, &r->patch[b], member + start[a], na < 64 ? na : 64, 2) <= 0)
+				continue;
+			memcpy(part, member + start[a], na * sizeof *part);
+			memcpy(part + na, member + start[b], nb * sizeof *part);
+			double turn = 0, widest = 0;
+			for (size_t j = 0; j < na && r->patch[a].kind != PATCH_PLANE; j++)
+				if (grow_explains(&g, &r->patch[a], part[j], 2, &turn))
+					widest = fmax(widest, turn);
+			struct dense_patch joint = r->patch[a];
+			if (!fit_union(&g, &joint, &r->patch[a], &r->patch[b], part, na + nb, r->patch[a].kind == PATCH_PLANE ? 0.3 : 1.5 * widest + 0.01))
+				continue;
+			r->patch[a] = joint;
+			for (size_t j = start[b]; j < start[b + 1]; j++)
+				r->label[member[j]] = a;
+			is_touched[a] = is_touched[b] = 1;
+			now++;
+		}
+		free(start);
+		free(member);
+		free(border);
+		free(is_touched);
+		united += now;
+		if (!now)
+			break;
+	}
+	free(part);
+	grower_free(&g);
+	return united;
+}
+
+void tidy_measure(struct regions *r, const struct flats *flats, bool is_refitted)
+{
+	const struct facets *f = r->facets;
+	struct grower g;
+	size_t *start;
+	idx_t *member;
+	grower_init(&g, f);
+	g.flat = flats->of;
+	regions_members(r, &start, &member);
+	for (size_t i = 0; i < r->count; i++) {
+		struct dense_patch *p = &r->patch[i];
+		const idx_t *part = member + start[i];
+		const size_t count = start[i + 1] - start[i];
+		if (is_refitted && p->kind != PATCH_FREE && count) {
+			struct dense_patch next = *p;
+			const double before = grow_residual(f, p, part, count);
+			if (grow_fit(&g, &next, part, count) && grow_residual(f, &next, part, count) <= fmax(1.5 * before, 1e-7))
+				*p = next;
+		}
+		p->area = 0;
+		for (size_t j = 0; j < count; j++)
+			p->area += f->area[part[j]];
+		p->residual = p->kind == PATCH_FREE ? 0 : grow_residual(f, p, part, count);
+	}
+	free(start);
+	free(member);
+	grower_free(&g);
+}

@@ -1,0 +1,32 @@
+/* After the search: borders straightened, remains absorbed, equal surfaces united. */
+#ifndef CAGEWRIGHT_REGION_TIDY_H
+#define CAGEWRIGHT_REGION_TIDY_H
+
+#include "stages/segment/flats.h"
+#include "stages/segment/regions.h"
+
+struct tidy_options {
+	double distance;         /* tolerance, longest side 1 */
+	double angle;            /* radians, tolerance of normals */
+	double smoothness;       /* length: how much longer a border may be for a better fit; 0 for none */
+	double least_area;       /* smaller free regions are absorbed, in a noisy mesh smaller patches of any kind */
+	bool is_noisy;           /* the mesh is a dense remeshing or a scan: strips of one triangle's width mean nothing */
+};
+
+/* Connected triangles without region become free regions. */
+void tidy_free_regions(struct regions *regions);
+
+/* Reassign triangles along borders that are not sharp to the neighbour that explains them better (iterated conditional
+ * modes of fit cost * area + smoothness * border length; at most sweeps sweeps). Returns how many changed. */
+size_t tidy_borders(struct regions *regions, const struct tidy_options *options, int sweeps);
+
+/* Unite small or thin regions with the neighbour across a border that is not sharp that explains them best. */
+size_t tidy_absorb(struct regions *regions, const struct tidy_options *options);
+
+/* Unite neighbours that one surface explains, no more complex than the more complex of both. */
+size_t tidy_unite(struct regions *regions, const struct flats *flats, const struct tidy_options *options);
+
+/* Fit every surface to its vertices again; fill area and residual. */
+void tidy_measure(struct regions *regions, const struct flats *flats, bool is_refitted);
+
+#endif
