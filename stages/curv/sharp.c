@@ -11,13 +11,14 @@
 #include "stages/geometry/vector.h"
 
 #define FLAT_RAD (2 / DEGREES)           /* edges that bend less are inside a facet */
-#define REGULAR_LOW_RAD (25 / DEGREES)   /* facets of fewer degrees are smooth by the threshold anyway */
 #define REGULAR_HIGH_RAD (58 / DEGREES)  /* below 60: the sides of a hexagon nut are not a round */
 #define PARALLEL_RAD (10 / DEGREES)
 #define BEND_TOLERANCE 0.2               /* of the larger bend */
 #define SPACING_TOLERANCE 0.3            /* of the larger spacing */
 #define CHAIN_LEAST 4                    /* edges, with the one in question */
 #define FACET_LIMIT 64                   /* triangles of one facet that a step may visit */
+#define JOIN_RAD (30 / DEGREES)          /* edges that turn less at a vertex are one chain */
+#define SPOKE_LIMIT 16                   /* edges over the angle at one vertex; where there are more, none goes on */
 #define TURN_LIMIT_RAD (45 / DEGREES)    /* an extension that turns more is another edge */
 
 struct walk {
@@ -133,7 +134,7 @@ static int count_alike(const double *spacing, int count, double wanted)
 static bool is_regular_bend(struct walk *walk, idx_t h)
 {
 	const double size = fabs(walk->bend[h]);
-	if (size < REGULAR_LOW_RAD || size > REGULAR_HIGH_RAD)
+	if (size > REGULAR_HIGH_RAD)
 		return false;
 	double left[CHAIN_LEAST - 1], right[CHAIN_LEAST - 1];
 	const int left_count = follow(walk, h, left), right_count = follow(walk, walk->half->twin[h], right);
@@ -147,6 +148,89 @@ static bool is_regular_bend(struct walk *walk, idx_t h)
 	return false;
 }
 
+/* Root of h in a forest of half-edges, with path halving. */
+static idx_t root_of(idx_t *parent, idx_t h)
+{
+	while (parent[h] != h)
+		h = parent[h] = parent[parent[h]];
+	return h;
+}
+
+static idx_t first_side(const struct half *half, idx_t h)
+{
+	return half->twin[h] != NO_INDEX && half->twin[h] < h ? half->twin[h] : h;
+}
+
+/* Join edges over the angle that go on into each other at a vertex: the two that turn least, the same way bent. */
+static void join_at_vertex(idx_t *parent, const struct walk *walk, idx_t start, double angle_rad)
+{
+	const struct half *half = walk->half;
+	idx_t spoke[SPOKE_LIMIT];
+	int count = 0;
+	idx_t h = start;
+	do {
+		if (fabs(walk->bend[h]) > angle_rad) {
+			if (count == SPOKE_LIMIT)
+				return;
+			spoke[count++] = h;
+		}
+		h = half->twin[half->previous[h]];
+	} while (h != NO_INDEX && h != start);
+	for (;;) {
+		double best = JOIN_RAD;
+		int first = -1, second = -1;
+		for (int i = 0; i < count; i++)
+			for (int k = i + 1; k < count; k++) {
+				double e[3], f[3];
+				if (walk->bend[spoke[i]] * walk->bend[spoke[k]] < 0)
+					continue;
+				edge_vector(e, walk, spoke[i]);
+				edge_vector(f, walk, spoke[k]);
+				const double turn = PI - angle3(e, f);
+				if (turn < best)
+					best = turn, first = i, second = k;
+			}
+		if (first < 0)
+			return;
+		const idx_t a = root_of(parent, first_side(half, spoke[first])), b = root_of(parent, first_side(half, spoke[second]));
+		parent[a > b ? a : b] = a < b ? a : b;
+		spoke[second] = spoke[--count];
+		spoke[first] = spoke[--count];
+	}
+}
+
+/* A chain is regular as a whole or not at all: the longer part decides. Else a bead of half an octagon would be round
+ * where its triangles happen to lie well, and sharp elsewhere. */
+static void vote_along_chains(unsigned char *regular, const struct walk *walk, double angle_rad)
+{
+	const struct half *half = walk->half;
+	idx_t *parent = mem_array(half->half_count, sizeof *parent);
+	double *balance = mem_array(half->half_count, sizeof *balance);
+	for (size_t h = 0; h < half->half_count; h++)
+		parent[h] = (idx_t)h;
+	for (size_t v = 0; v < half->vertex_count; v++) {
+		idx_t start = half->outgoing[v];
+		if (start == NO_INDEX)
+			continue;
+		/* from the right end of an open fan */
+		for (idx_t h = half->twin[start]; h != NO_INDEX && half->next[h] != half->outgoing[v]; h = half->twin[start])
+			start = half->next[h];
+		join_at_vertex(parent, walk, start, angle_rad);
+	}
+	for (size_t h = 0; h < half->half_count; h++) {
+		if (half->twin[h] == NO_INDEX || half->twin[h] < (idx_t)h || fabs(walk->bend[h]) <= angle_rad)
+			continue;
+		double e[3];
+		edge_vector(e, walk, (idx_t)h);
+		balance[root_of(parent, (idx_t)h)] += regular[h] ? norm3(e) : -norm3(e);
+	}
+	for (size_t h = 0; h < half->half_count; h++)
+		if (half->twin[h] != NO_INDEX && fabs(walk->bend[h]) > angle_rad)
+			regular[h] = balance[root_of(parent, first_side(half, (idx_t)h))] > 0;
+	free(parent);
+	free(balance);
+}
+
 static void mark(unsigned char *kind, const struct half *half, idx_t h, unsigned char what)
 {
 	kind[h] = what;
@@ -154,8 +238,9 @@ static void mark(unsigned char *kind, const struct half *half, idx_t h, unsigned
 		kind[half->twin[h]] = what;
 }
 
-/* The half-edge that goes on from h, past its end: the straightest one that bends enough and the same way. */
-static idx_t extension(const struct walk *walk, const unsigned char *kind, const unsigned char *regular, idx_t h, double least_rad)
+/* The half-edge that goes on from h, past its end: the straightest one that bends enough and the same way, and stands
+ * alone. One with its like beside it is a facet of a round that the sharp edge runs out into. */
+static idx_t extension(struct walk *walk, const unsigned char *kind, const unsigned char *regular, idx_t h, double least_rad)
 {
 	const struct half *half = walk->half;
 	const idx_t first = half->next[h];
@@ -167,7 +252,7 @@ static idx_t extension(const struct walk *walk, const unsigned char *kind, const
 			double f[3];
 			edge_vector(f, walk, g);
 			const double turn = angle3(e, f);
-			if (turn < best_turn)
+			if (turn < best_turn && next_bend(walk, g) == NO_INDEX && next_bend(walk, half->twin[g]) == NO_INDEX)
 				best_turn = turn, best = g;
 		}
 		g = half->twin[half->previous[g]];
@@ -186,14 +271,20 @@ void sharp_edges(unsigned char *kind, struct sharp_counts *counts, const double 
 	idx_t *degree = mem_array(half->vertex_count, sizeof *degree);
 	const double least_rad = options->angle_rad / 2;
 
+	if (!options->is_strict) {
+		for (size_t h = 0; h < half->half_count; h++) {
+			const idx_t twin = half->twin[h];
+			if (twin != NO_INDEX && (idx_t)h < twin && fabs(bend[h]) > least_rad)
+				regular[h] = regular[twin] = is_regular_bend(&walk, (idx_t)h);
+		}
+		vote_along_chains(regular, &walk, options->angle_rad);
+	}
 	for (size_t i = 0; i < half->half_count; i++) {
 		const idx_t h = (idx_t)i, twin = half->twin[h];
 		if (twin == NO_INDEX) {
 			if (kind[h] != EDGE_CUT)
 				kind[h] = EDGE_BORDER;
 		} else if (h < twin) {
-			if (!options->is_strict && fabs(bend[h]) > least_rad)
-				regular[h] = regular[twin] = is_regular_bend(&walk, h);
 			const bool is_over = fabs(bend[h]) > options->angle_rad;
 			c.over_angle += is_over;
 			c.regular += is_over && regular[h];
