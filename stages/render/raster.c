@@ -91,7 +91,7 @@ static double lit(const double normal[3], const struct camera *camera)
 		add_scaled3(key, key_at[k], axis[k]);
 		add_scaled3(fill, fill_at[k], axis[k]);
 	}
-	return 0.38 + 0.55 * fmax(0, dot3(normal, key)) + 0.16 * fmax(0, dot3(normal, fill));
+	return 0.46 + 0.58 * fmax(0, dot3(normal, key)) + 0.22 * fmax(0, dot3(normal, fill));
 }
 
 static unsigned char shade(unsigned char channel, double light)

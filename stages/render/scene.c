@@ -215,3 +215,28 @@ void scene_add_label_borders(struct scene *scene, const idx_t *label, struct col
 			               width);
 	free(side);
 }
+
+void scene_add_features(struct scene *scene, double crease_deg, struct colour crease, struct colour border, struct colour crossing)
+{
+	struct side *side = sorted_sides(scene);
+	const size_t corner_count = 3 * scene->triangle_count;
+	for (size_t i = 0, j; i < corner_count; i = j) {
+		for (j = i + 1; j < corner_count && side[j].key == side[i].key; j++)
+			;
+		double bend = 0;
+		if (j - i == 2) {
+			double n[2][3];
+			for (int k = 0; k < 2; k++) {
+				const size_t t = side[i + k].corner / 3;
+				area_vector3(n[k], corner_point(scene, t, 0), corner_point(scene, t, 1), corner_point(scene, t, 2));
+				normalise3(n[k]);
+			}
+			bend = angle3(n[0], n[1]) * DEGREES;
+			if (bend <= crease_deg)
+				continue;
+		}
+		scene_add_line(scene, scene->xyz + 3 * (size_t)(side[i].key >> 32), scene->xyz + 3 * (size_t)(side[i].key & 0xffffffffu),
+		               j - i == 1 ? border : j - i == 2 ? crease : crossing, j - i == 2 ? 1.0f : 2.4f);
+	}
+	free(side);
+}

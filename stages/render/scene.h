@@ -53,6 +53,9 @@ void scene_smooth(struct scene *scene, double crease_deg, const idx_t *sharp, si
 void scene_add_edges(struct scene *scene, const double *xyz, const idx_t *corner, const size_t *face_start, size_t face_count,
                      struct colour colour, float width);
 
+/* Add lines along the edges of the scene's surface that bend by more than crease_deg, that have one triangle, or more than two. */
+void scene_add_features(struct scene *scene, double crease_deg, struct colour crease, struct colour border, struct colour crossing);
+
 /* Add a line along every edge of the scene's surface whose two triangles have different labels (one a triangle). */
 void scene_add_label_borders(struct scene *scene, const idx_t *label, struct colour colour, float width);
 

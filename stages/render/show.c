@@ -9,7 +9,7 @@
  * 30 degrees (twelve sides), the blunt edges of parts by 40 and more. */
 #define CREASE_DEG 35
 
-static const struct colour plain = {176, 190, 204};
+static const struct colour plain = {186, 198, 210};
 static const struct colour thin = {70, 75, 80};
 
 static bool show_foreign(struct scene *scene, const struct input *input, const struct show_options *options, struct fault *fault)
@@ -23,6 +23,7 @@ static bool show_foreign(struct scene *scene, const struct input *input, const s
 		return false;
 	scene_set_surface(scene, surface.mesh.xyz, surface.mesh.vertex_count, surface.triangle, surface.triangle_count, plain);
 	scene_smooth(scene, CREASE_DEG, NULL, 0);
+	scene_add_features(scene, CREASE_DEG, (struct colour){45, 48, 52}, (struct colour){10, 130, 60}, (struct colour){200, 0, 160});
 	if (options->edges)
 		scene_add_edges(scene, surface.mesh.xyz, surface.mesh.corner, surface.mesh.face_start, surface.mesh.face_count, thin, 0.7f);
 	surface_free(&surface);

@@ -9,7 +9,7 @@
 /* Refined surfaces bend little between neighbours, and their creases are known. */
 #define CREASE_DEG 50
 
-static const struct colour plain = {176, 190, 204}, thin = {70, 75, 80};
+static const struct colour plain = {186, 198, 210}, thin = {70, 75, 80};
 static const struct colour crease = {20, 20, 24}, border = {10, 130, 60}, corner_dot = {215, 30, 40};
 
 /* A polygon mesh with creases: what both a cage and a refined level give. */

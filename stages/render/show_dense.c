@@ -10,7 +10,7 @@
 /* Curvature times the longest side that reaches the end of the colour scale: a fillet of 1 % of the part. */
 #define CURVATURE_MOST 100
 
-static const struct colour plain = {176, 190, 204};
+static const struct colour plain = {186, 198, 210};
 static const struct colour thin = {70, 75, 80};
 
 static void colour_patches(struct scene *scene, const struct dense *dense)
