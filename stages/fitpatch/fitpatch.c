@@ -1,0 +1,141 @@
+/* fitpatch: a network of curves and the dense mesh that it lies on go in, the local control polyhedron of every patch comes out,
+ * fitted together to the mesh (quad/triangle inversion after Lavoue, Dupont and Baskurt 2005 to 2007). */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "formats/mesh.h"
+#include "stages/fitpatch/anchor.h"
+#include "stages/fitpatch/joint.h"
+#include "stages/fitpatch/layout.h"
+#include "stages/fitpatch/local.h"
+#include "stages/geometry/border.h"
+#include "stages/geometry/half.h"
+#include "stages/geometry/sample.h"
+#include "stages/geometry/vector.h"
+#include "stages/tool/tool.h"
+
+static const char usage[] =
+	"usage: fitpatch --mesh MESH.ply [options] [FILE]\n"
+	"Fit a control polyhedron to every patch that a network of curves bounds.\n"
+	"  -m, --mesh FILE     the dense mesh with its patches (from rectify)\n"
+	"  -t, --tol LENGTH    largest distance allowed (default 0.4%)\n"
+	"      --mean LENGTH   mean distance allowed (default 0.1%)\n"
+	"      --level N       subdivision steps before samples are taken (default 2)\n"
+	"      --iter N        iterations of a fit (default 5)\n"
+	"      --rounds N      rounds of refinement where the error is too large (default 6)\n"
+	"      --sd KIND       squared distance: sided, abs, point or tangent (default sided)\n"
+	"  -o, --output FILE   write there instead of stdout\n"
+	"      --binary        write binary PLY\n"
+	"      --no-provenance leave out the comment line of this stage\n"
+	"  -q, -v, --help, --version\n";
+
+/* Reverse samples for a part: enough that a patch of a thousandth of the area gets a few. */
+enum { SAMPLES = 6000, SCHEMA = 1 };
+
+struct options {
+	const char *mesh, *variant_name;
+	struct tool_length max, mean;
+	int level, iterations, rounds;
+	enum sqdist_variant variant;
+	struct tool_common common;
+};
+
+static int parse_options(struct options *options, int argc, char **argv)
+{
+	*options = (struct options){.variant_name = "sided", .max = {0.4, true}, .mean = {0.1, true}, .level = 2, .iterations = 5, .rounds = 6};
+	const struct tool_option table[] = {
+		{"mesh", 'm', TOOL_TEXT, &options->mesh, 0, 0},
+		{"tol", 't', TOOL_LENGTH, &options->max, 0, 0},
+		{"mean", 0, TOOL_LENGTH, &options->mean, 0, 0},
+		{"level", 0, TOOL_INTEGER, &options->level, 1, 4},
+		{"iter", 0, TOOL_INTEGER, &options->iterations, 0, 50},
+		{"rounds", 0, TOOL_INTEGER, &options->rounds, 0, 50},
+		{"sd", 0, TOOL_TEXT, &options->variant_name, 0, 0},
+		{0},
+	};
+	const int first = tool_options(argc, argv, usage, table, &options->common, 0, 1);
+	static const char *const names[] = {"sided", "abs", "point", "tangent"};
+	int found = -1;
+	for (int i = 0; i < 4; i++)
+		if (strcmp(options->variant_name, names[i]) == 0)
+			found = i;
+	if (found < 0)
+		tool_die(EX_BAD_USAGE, "--sd must be sided, abs, point or tangent, not '%s'", options->variant_name);
+	options->variant = (enum sqdist_variant)found;
+	if (!options->mesh)
+		tool_die(EX_BAD_USAGE, "--mesh is missing: which dense mesh do the patches lie on?");
+	return first;
+}
+
+int main(int argc, char **argv)
+{
+	tool_init("fitpatch");
+	struct options options;
+	const int first = parse_options(&options, argc, argv);
+	struct fault fault = {0};
+
+	struct ply document, mesh_document;
+	const char *shown, *mesh_shown;
+	tool_read_ply(&document, first < argc ? argv[first] : NULL, &shown);
+	tool_check_schema(&document, shown, "fitcurves", 1);
+	tool_read_ply(&mesh_document, options.mesh, &mesh_shown);
+	tool_check_schema(&mesh_document, mesh_shown, "rectify", 1);
+	struct network network;
+	struct dense dense;
+	struct half half;
+	struct border_network border;
+	if (!network_from_ply(&network, &document, "vertex", shown, &fault) || !dense_from_ply(&dense, &mesh_document, true, mesh_shown, &fault)
+	    || !half_build_triangles(&half, dense.triangle, dense.triangle_count, dense.vertex_count, &fault)
+	    || !border_extract(&border, &dense, BORDER_DEFAULTS, &fault))
+		tool_fail(&fault);
+
+	const double side = mesh_bounds(dense.xyz, dense.vertex_count, NULL, NULL);
+	const double max = tool_length_in_units(options.max, side), mean = tool_length_in_units(options.mean, side);
+	idx_t *chain_of_curve = mem_array(network.curve_count, sizeof *chain_of_curve);
+	border_match(chain_of_curve, &border, &dense, &network);
+	struct anchors anchors;
+	anchors_place(&anchors, &dense, &half, &border, &network, chain_of_curve);
+	struct nearest *nearest = nearest_new(dense.xyz, dense.vertex_count, dense.triangle, dense.triangle_count);
+
+	struct draft draft = {.network = network};
+	draft_start(&draft, &network);
+	struct edge_set *taken = edge_set_new();
+	for (size_t k = 0; k < network.curve_count; k++) {
+		const struct curve *curve = &network.curve[k];
+		for (size_t i = 0; i + !curve->closed < curve->count; i++)
+			edge_set_add(taken, network.point[curve->first + i], network.point[curve->first + (i + 1) % curve->count]);
+	}
+	struct layout_context context = {&dense, half.twin, nearest, &anchors, max, fmin(max / 2, mean), taken, &draft.control, &draft.polygons};
+	size_t layouts[LAYOUT_KIND_COUNT] = {0};
+	size_t *list_start;
+	idx_t *list;
+	label_lists(&list_start, &list, dense.label, dense.triangle_count, dense.patch_count);
+	for (size_t p = 0; p < dense.patch_count; p++) {
+		enum layout_kind kind;
+		if (!layout_patch(&kind, &context, (idx_t)p, &list[list_start[p]], list_start[p + 1] - list_start[p], &fault))
+			tool_fail(&fault);
+		layouts[kind]++;
+		tool_progress("patches", p + 1, dense.patch_count);
+	}
+	tool_say("%zu patches: %zu one face, %zu bands, %zu grids, %zu by chords; %zu control points, %zu faces", dense.patch_count,
+	         layouts[LAYOUT_FACE], layouts[LAYOUT_BAND], layouts[LAYOUT_GRID], layouts[LAYOUT_CHORDS], draft.control.count, draft.polygons.count);
+
+	double *sample = mem_array(3 * SAMPLES, sizeof *sample);
+	idx_t *sample_triangle = mem_array(SAMPLES, sizeof *sample_triangle);
+	sample_surface(sample, sample_triangle, SAMPLES, dense.xyz, dense.triangle, dense.triangle_count, 1);
+	const struct target target = {&dense, nearest, &border, sample, sample_triangle, SAMPLES};
+	const struct joint_options joint = {options.iterations, options.level, options.variant};
+	struct patch_error *error = mem_array(dense.patch_count, sizeof *error);
+	if (!joint_fit(&draft, &target, &joint, &fault) || !joint_measure(error, NULL, dense.patch_count, &draft, &target, &fault))
+		tool_fail(&fault);
+	for (size_t p = 0; p < dense.patch_count; p++)
+		tool_say("patch %zu kind %d: mean %.3g%% max %.3g%% of the longest side, normals %.2f degrees", p, dense.patch[p].kind, 100 * error[p].mean / side,
+		         100 * error[p].max / side, error[p].normal_deg);
+	(void)mean;
+
+	local_to_ply(&document, &draft);
+	tool_write_ply(&document, &options.common, SCHEMA, "level=%d iter=%d sd=%s", options.level, options.iterations, options.variant_name);
+	return EX_DONE;
+}

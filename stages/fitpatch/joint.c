@@ -1,0 +1,291 @@
+/* Joint squared-distance fit of a cage.
+ *
+ * Limit samples of the cage are pulled to their feet on the target (forward), target samples pull the surface under them
+ * (reverse: without it nothing covers a target area that the cage does not reach); both through quadratic forms that let samples
+ * slide where the target does not bend (Pottmann and Hofer 2003). Every iteration solves one sparse system for all points. */
+#include "stages/fitpatch/joint.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "stages/fitpatch/frame.h"
+#include "stages/fitpatch/joint_terms.h"
+#include "stages/geometry/lsq.h"
+#include "stages/geometry/vector.h"
+
+static const double curve_weight = 3;       /* of a crease sample against a surface sample of the same area */
+static const double node_weight = 10;
+static const double reverse_weight = 0.5;
+static const double slide = 0.003;          /* isotropic share of every metric: little, or samples could not slide */
+static const double fairness = 1e-4;
+static const double proximal = 1e-3;
+
+struct system {
+	const struct draft *draft;
+	const struct target *target;
+	const struct joint_options *options;
+	struct terms *terms;
+	struct chain_index *chains;
+	struct lsq *lsq;
+	double *xyz;         /* 3 a cage vertex, current */
+	const double *node;  /* where the network's control points were: targets of nodes, 3 a control point */
+	unsigned char *fixed;
+	double area;         /* of all samples */
+};
+
+static void add_row(struct system *system, size_t sample, const double target[3], const double metric[6], double weight)
+{
+	const struct sparse *rows = &system->terms->rows;
+	const size_t low = rows->row_start[sample];
+	lsq_add(system->lsq, &rows->column[low], &rows->weight[low], rows->row_start[sample + 1] - low, target, metric, weight);
+}
+
+static void add_isotropic(double metric[6])
+{
+	metric[0] += slide, metric[3] += slide, metric[5] += slide;
+}
+
+/* Forward terms; returns the area-weighted sum of distances. */
+static double add_forward(struct system *system)
+{
+	struct terms *terms = system->terms;
+	const size_t n = terms->level.vertex_count;
+	struct foot *feet = mem_array(n, sizeof *feet);
+#pragma omp parallel for schedule(dynamic, 64)
+	for (size_t s = 0; s < n; s++)
+		if (terms->kind[s] == SAMPLE_SURFACE)
+			feet[s] = terms_foot(terms, system->target, s);
+	double sum = 0;
+	for (size_t s = 0; s < n; s++) {
+		const double *p = &terms->level.xyz[3 * s];
+		const double weight = terms->area[s] / system->area;
+		double metric[6];
+		if (terms->kind[s] == SAMPLE_SURFACE) {
+			if (feet[s].triangle == NO_INDEX)
+				continue;
+			struct frame frame;
+			frame_at(&frame, system->target->dense, &feet[s]);
+			double offset[3];
+			sub3(offset, p, feet[s].point);
+			sqdist_surface(metric, frame.normal, frame.e1, frame.k1, frame.k2, dot3(offset, frame.normal), system->options->variant);
+			add_isotropic(metric);
+			add_row(system, s, feet[s].point, metric, weight);
+			sum += terms->area[s] * feet[s].distance;
+		} else if (terms->kind[s] == SAMPLE_CURVE) {
+			double point[3], tangent[3], offset[3];
+			const double straight[3] = {0, 0, 0};
+			if (!chain_nearest(point, tangent, system->chains, terms->patch[s], terms->patch2[s], p))
+				continue;
+			sub3(offset, p, point);
+			/* The polyline's own curvature is all in its corners: tangent distance, with the proximal term against overshoot. */
+			sqdist_curve(metric, tangent, straight, offset, SQDIST_TANGENT);
+			add_isotropic(metric);
+			add_row(system, s, point, metric, curve_weight * weight);
+			sum += terms->area[s] * norm3(offset);
+		}
+	}
+	free(feet);
+	return sum / system->area;
+}
+
+/* Reverse terms; returns the mean distance. */
+static double add_reverse(struct system *system)
+{
+	const struct target *target = system->target;
+	struct terms *terms = system->terms;
+	struct nearest *nearest = nearest_new(terms->level.xyz, terms->level.vertex_count, terms->triangle, terms->triangle_count);
+	struct foot *feet = mem_array(target->sample_count, sizeof *feet);
+#pragma omp parallel for schedule(dynamic, 64)
+	for (size_t s = 0; s < target->sample_count; s++) {
+		const struct nearest_filter filter = {.label = terms->triangle_patch, .only = target->dense->label[target->sample_triangle[s]]};
+		feet[s] = nearest_point(nearest, &target->sample[3 * s], INFINITY, &filter);
+	}
+	const struct sparse *rows = &terms->rows;
+	idx_t *column = mem_array(terms->cage.vertex_count, sizeof *column);
+	double *value = mem_array(terms->cage.vertex_count, sizeof *value), sum = 0;
+	idx_t *place = mem_array(terms->cage.vertex_count, sizeof *place); /* + 1 */
+	const double *dense = target->dense->xyz;
+	for (size_t s = 0; s < target->sample_count; s++) {
+		if (feet[s].triangle == NO_INDEX)
+			continue;
+		size_t count = 0;
+		for (int k = 0; k < 3; k++) {
+			const size_t row = (size_t)terms->triangle[3 * (size_t)feet[s].triangle + (size_t)k];
+			for (size_t i = rows->row_start[row]; i < rows->row_start[row + 1]; i++) {
+				const idx_t c = rows->column[i];
+				if (!place[c]) {
+					column[count] = c, value[count] = 0;
+					place[c] = (idx_t)++count;
+				}
+				value[place[c] - 1] += feet[s].weight[k] * rows->weight[i];
+			}
+		}
+		const idx_t *t = &target->dense->triangle[3 * (size_t)target->sample_triangle[s]];
+		double normal[3];
+		area_vector3(normal, &dense[3 * (size_t)t[0]], &dense[3 * (size_t)t[1]], &dense[3 * (size_t)t[2]]);
+		normalise3(normal);
+		double metric[6] = {normal[0] * normal[0], normal[0] * normal[1], normal[0] * normal[2],
+		                    normal[1] * normal[1], normal[1] * normal[2], normal[2] * normal[2]};
+		add_isotropic(metric);
+		lsq_add(system->lsq, column, value, count, &target->sample[3 * s], metric, reverse_weight / (double)target->sample_count);
+		for (size_t i = 0; i < count; i++)
+			place[column[i]] = 0;
+		sum += feet[s].distance;
+	}
+	free(feet), free(column), free(value), free(place);
+	nearest_free(nearest);
+	return target->sample_count ? sum / (double)target->sample_count : 0;
+}
+
+/* Points inside patches are drawn to the middle of their neighbours; nodes to where the network had them. */
+static void add_regularity(struct system *system, double step)
+{
+	const struct terms *terms = system->terms;
+	const struct cage *cage = &terms->cage;
+	const double scale = lsq_scale(system->lsq);
+	const size_t n = cage->vertex_count;
+	idx_t *degree = mem_array(n, sizeof *degree);
+	double *middle = mem_array(3 * n, sizeof *middle);
+	for (size_t f = 0; f < cage->face_count; f++)
+		for (size_t i = cage->face_start[f]; i < cage->face_start[f + 1]; i++) {
+			const idx_t a = cage->face_corner[i], b = cage->face_corner[i + 1 < cage->face_start[f + 1] ? i + 1 : cage->face_start[f]];
+			degree[a]++; /* inside a closed fan every neighbour comes once */
+			add_scaled3(&middle[3 * (size_t)a], 1, &system->xyz[3 * (size_t)b]);
+		}
+	for (size_t v = 0; v < n; v++) {
+		const idx_t point = terms->control_of[v];
+		const unsigned char role = system->draft->control.role[point];
+		lsq_add_point(system->lsq, (idx_t)v, &system->xyz[3 * v], step * scale);
+		if (role == POINT_INSIDE) {
+			scale3(&middle[3 * v], 1.0 / degree[v]);
+			lsq_add_point(system->lsq, (idx_t)v, &middle[3 * v], fairness * scale);
+		} else if (role != POINT_CREASE) {
+			lsq_add_point(system->lsq, (idx_t)v, &system->node[3 * (size_t)point], node_weight * terms->area[v] / system->area);
+		}
+	}
+	free(degree), free(middle);
+}
+
+bool joint_fit(struct draft *draft, const struct target *target, const struct joint_options *options, struct fault *fault)
+{
+	struct terms terms;
+	if (!terms_make(&terms, draft, options->steps, true, fault))
+		return false;
+	const size_t n = terms.cage.vertex_count;
+	struct system system = {.draft = draft, .target = target, .options = options, .terms = &terms};
+	system.chains = chain_index_new(target->border, target->dense->xyz);
+	system.xyz = mem_copy(terms.cage.xyz, 3 * n, sizeof(double));
+	double *start = mem_copy(draft->control.xyz, 3 * draft->control.count, sizeof(double));
+	system.node = start;
+	system.fixed = mem_array(n, 1);
+	for (size_t v = 0; v < n; v++)
+		system.fixed[v] = draft->control.held[terms.control_of[v]];
+	for (size_t s = 0; s < terms.level.vertex_count; s++)
+		system.area += terms.area[s];
+	double *next = mem_array(3 * n, sizeof *next), *best = mem_copy(system.xyz, 3 * n, sizeof(double));
+	double least = INFINITY, step = proximal;
+	for (int iteration = 0; iteration <= options->iterations; iteration++) {
+		sparse_apply(terms.level.xyz, &terms.rows, system.xyz);
+		system.lsq = lsq_new(n, system.xyz, system.fixed);
+		const double error = add_forward(&system) + add_reverse(&system);
+		if (error < least) {
+			least = error;
+			memcpy(best, system.xyz, 3 * n * sizeof *best);
+		} else {
+			/* Overshot: go back and take a shorter step. */
+			step *= 10;
+			memcpy(system.xyz, best, 3 * n * sizeof *best);
+		}
+		bool solved = false;
+		if (iteration < options->iterations && !(error > least)) {
+			add_regularity(&system, step);
+			solved = lsq_solve(system.lsq, next);
+			if (solved)
+				memcpy(system.xyz, next, 3 * n * sizeof *next);
+		}
+		lsq_free(system.lsq);
+		if (!solved && !(error > least))
+			break;
+	}
+	for (size_t v = 0; v < n; v++)
+		copy3(&draft->control.xyz[3 * (size_t)terms.control_of[v]], &best[3 * v]);
+	free(next), free(best), free(start), free(system.xyz), free(system.fixed);
+	chain_index_free(system.chains);
+	terms_free(&terms);
+	return true;
+}
+
+/* One distance goes into a patch's sums. */
+struct tally {
+	double sum[2], weight[2], normal_sum;
+};
+
+static void note_worst(struct patch_error *error, double *face_error, double distance, idx_t face, const double point[3])
+{
+	if (face_error && distance > face_error[face])
+		face_error[face] = distance;
+	if (distance > error->max) {
+		error->max = distance;
+		error->worst_face = face;
+		copy3(error->worst_point, point);
+	}
+}
+
+bool joint_measure(struct patch_error *error, double *face_error, size_t patch_count, const struct draft *draft, const struct target *target, struct fault *fault)
+{
+	struct terms terms;
+	if (!terms_make(&terms, draft, 3, false, fault))
+		return false;
+	for (size_t p = 0; p < patch_count; p++)
+		error[p] = (struct patch_error){.worst_face = NO_INDEX};
+	if (face_error)
+		memset(face_error, 0, draft->polygons.count * sizeof *face_error);
+	struct tally *tally = mem_array(patch_count, sizeof *tally);
+	const size_t n = terms.level.vertex_count;
+	struct foot *feet = mem_array(n > target->sample_count ? n : target->sample_count, sizeof *feet);
+#pragma omp parallel for schedule(dynamic, 64)
+	for (size_t s = 0; s < n; s++)
+		feet[s] = terms_foot(&terms, target, s);
+	idx_t *face_of = mem_array(n, sizeof *face_of);
+	for (size_t t = terms.triangle_count; t-- > 0;)
+		for (int k = 0; k < 3; k++)
+			face_of[terms.triangle[3 * t + (size_t)k]] = terms.triangle_face[t];
+	for (size_t s = 0; s < n; s++) {
+		if (feet[s].triangle == NO_INDEX)
+			continue;
+		const size_t p = (size_t)terms.patch[s];
+		tally[p].sum[0] += terms.area[s] * feet[s].distance;
+		tally[p].weight[0] += terms.area[s];
+		note_worst(&error[p], face_error, feet[s].distance, face_of[s], &terms.level.xyz[3 * s]);
+	}
+	struct nearest *nearest = nearest_new(terms.level.xyz, n, terms.triangle, terms.triangle_count);
+#pragma omp parallel for schedule(dynamic, 64)
+	for (size_t s = 0; s < target->sample_count; s++) {
+		const struct nearest_filter filter = {.label = terms.triangle_patch, .only = target->dense->label[target->sample_triangle[s]]};
+		feet[s] = nearest_point(nearest, &target->sample[3 * s], INFINITY, &filter);
+	}
+	const double *dense = target->dense->xyz;
+	for (size_t s = 0; s < target->sample_count; s++) {
+		if (feet[s].triangle == NO_INDEX)
+			continue;
+		const size_t p = (size_t)target->dense->label[target->sample_triangle[s]];
+		const idx_t *t = &target->dense->triangle[3 * (size_t)target->sample_triangle[s]];
+		double normal[3];
+		area_vector3(normal, &dense[3 * (size_t)t[0]], &dense[3 * (size_t)t[1]], &dense[3 * (size_t)t[2]]);
+		tally[p].sum[1] += feet[s].distance;
+		tally[p].weight[1] += 1;
+		tally[p].normal_sum += angle3(normal, feet[s].normal) * DEGREES;
+		note_worst(&error[p], face_error, feet[s].distance, terms.triangle_face[feet[s].triangle], &target->sample[3 * s]);
+	}
+	nearest_free(nearest);
+	for (size_t p = 0; p < patch_count; p++) {
+		const double forward = tally[p].weight[0] > 0 ? tally[p].sum[0] / tally[p].weight[0] : 0;
+		const double reverse = tally[p].weight[1] > 0 ? tally[p].sum[1] / tally[p].weight[1] : forward;
+		error[p].mean = (forward + reverse) / 2;
+		error[p].normal_deg = tally[p].weight[1] > 0 ? tally[p].normal_sum / tally[p].weight[1] : 0;
+	}
+	free(tally), free(feet), free(face_of);
+	terms_free(&terms);
+	return true;
+}

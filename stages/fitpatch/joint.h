@@ -1,0 +1,57 @@
+/* Fitting all control points of a cage together to the dense mesh (the patch method's sections 5.4 and 6.3). */
+#ifndef CAGEWRIGHT_JOINT_H
+#define CAGEWRIGHT_JOINT_H
+
+#include <stdbool.h>
+
+#include "formats/cage.h"
+#include "formats/dense.h"
+#include "formats/fault.h"
+#include "formats/network.h"
+#include "stages/fitpatch/layout.h"
+#include "stages/geometry/border.h"
+#include "stages/geometry/nearest.h"
+#include "stages/geometry/sqdist.h"
+
+/* A cage in the making: control points, faces over them, and the curves that bound the patches. */
+struct draft {
+	struct control control;
+	struct polygons polygons;
+	struct network network;   /* curves over control points: positions are control.xyz, kinds control.role */
+};
+
+/* What is fitted to. */
+struct target {
+	const struct dense *dense;
+	const struct nearest *nearest;
+	const struct border_network *border;
+	const double *sample;     /* 3 a sample, uniform by area over the dense mesh */
+	const idx_t *sample_triangle;
+	size_t sample_count;
+};
+
+struct joint_options {
+	int iterations;           /* at most */
+	int steps;                /* subdivision steps before samples are taken */
+	enum sqdist_variant variant;
+};
+
+/* How far a patch is from its part of the target; lengths in model units. */
+struct patch_error {
+	double mean, max;         /* both ways: mean of means, larger maximum */
+	double normal_deg;        /* mean angle between normals at reverse samples */
+	idx_t worst_face;         /* the polygon where the maximum is */
+	double worst_point[3];    /* and where, on the target or the surface */
+};
+
+/* Make the cage that the draft stands for; vertex_of[control.count] (caller frees) gives the cage vertex of each control point,
+ * NO_INDEX for points that no face uses. */
+void draft_cage(struct cage *cage, idx_t **vertex_of, const struct draft *draft);
+
+/* Optimise all control points that are not held. False with a fault when the draft is no manifold cage. */
+bool joint_fit(struct draft *draft, const struct target *target, const struct joint_options *options, struct fault *fault);
+
+/* Error of each patch (patch_count) of the draft as it is, and a face_error for every polygon (largest distance, may be NULL). */
+bool joint_measure(struct patch_error *error, double *face_error, size_t patch_count, const struct draft *draft, const struct target *target, struct fault *fault);
+
+#endif

@@ -1,0 +1,286 @@
+/* Samples of a cage in the making and their feet. */
+#include "stages/fitpatch/joint_terms.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "stages/geometry/vector.h"
+
+static int compare_pairs(const void *a, const void *b)
+{
+	const idx_t *x = a, *y = b;
+	return x[0] != y[0] ? (x[0] > y[0]) - (x[0] < y[0]) : (x[1] > y[1]) - (x[1] < y[1]);
+}
+
+void draft_cage(struct cage *cage, idx_t **vertex_of, const struct draft *draft)
+{
+	const struct polygons *polygons = &draft->polygons;
+	*cage = (struct cage){.scheme = SCHEME_QUADTRI};
+	idx_t *number = mem_array(draft->control.count, sizeof *number);
+	memset(number, 0xff, draft->control.count * sizeof *number);
+	const size_t corners = polygons->start[polygons->count];
+	for (size_t h = 0; h < corners; h++)
+		number[polygons->corner[h]] = 0;
+	size_t vertices = 0;
+	for (size_t i = 0; i < draft->control.count; i++)
+		if (number[i] != NO_INDEX)
+			number[i] = (idx_t)vertices++;
+	cage->vertex_count = vertices;
+	cage->xyz = mem_array(3 * vertices, sizeof *cage->xyz);
+	cage->corner = mem_array(vertices, 1);
+	for (size_t i = 0; i < draft->control.count; i++)
+		if (number[i] != NO_INDEX)
+			copy3(&cage->xyz[3 * (size_t)number[i]], &draft->control.xyz[3 * i]);
+	cage->face_count = polygons->count;
+	cage->face_start = mem_copy(polygons->start, polygons->count + 1, sizeof *polygons->start);
+	cage->face_patch = mem_copy(polygons->patch, polygons->count, sizeof *polygons->patch);
+	cage->face_corner = mem_array(corners, sizeof *cage->face_corner);
+	/* Edges of the cage, to keep only creases that are edges. */
+	idx_t *edge = mem_array(2 * corners, sizeof *edge);
+	size_t h = 0;
+	for (size_t f = 0; f < polygons->count; f++)
+		for (size_t i = polygons->start[f]; i < polygons->start[f + 1]; i++, h++) {
+			const idx_t a = number[polygons->corner[i]];
+			const idx_t b = number[polygons->corner[i + 1 < polygons->start[f + 1] ? i + 1 : polygons->start[f]]];
+			cage->face_corner[i] = a;
+			edge[2 * h] = a < b ? a : b, edge[2 * h + 1] = a < b ? b : a;
+		}
+	qsort(edge, corners, 2 * sizeof *edge, compare_pairs);
+	size_t sides = 0;
+	for (size_t k = 0; k < draft->network.curve_count; k++)
+		sides += draft->network.curve[k].count;
+	cage->sharp = mem_array(2 * sides, sizeof *cage->sharp);
+	unsigned char *sharp_at = mem_array(vertices, 1);
+	for (size_t k = 0; k < draft->network.curve_count; k++) {
+		const struct curve *curve = &draft->network.curve[k];
+		if (curve->kind == CURVE_SMOOTH)
+			continue;
+		const idx_t *point = &draft->network.point[curve->first];
+		for (size_t i = 0; i + !curve->closed < curve->count; i++) {
+			const idx_t a = number[point[i]], b = number[point[(i + 1) % curve->count]];
+			if (a == NO_INDEX || b == NO_INDEX || a == b)
+				continue;
+			const idx_t pair[2] = {a < b ? a : b, a < b ? b : a};
+			if (!bsearch(pair, edge, corners, 2 * sizeof *edge, compare_pairs))
+				continue;
+			if (sharp_at[a] < 3)
+				sharp_at[a]++;
+			if (sharp_at[b] < 3)
+				sharp_at[b]++;
+			if (curve->kind == CURVE_SHARP) {
+				cage->sharp[2 * cage->sharp_count] = pair[0], cage->sharp[2 * cage->sharp_count + 1] = pair[1];
+				cage->sharp_count++;
+			}
+		}
+	}
+	qsort(cage->sharp, cage->sharp_count, 2 * sizeof *cage->sharp, compare_pairs);
+	for (size_t i = 0; i < draft->control.count; i++)
+		if (number[i] != NO_INDEX && draft->control.role[i] == POINT_CORNER && sharp_at[number[i]] == 2)
+			cage->corner[number[i]] = 1;
+	free(edge), free(sharp_at);
+	*vertex_of = number;
+}
+
+/* The patches around each refined vertex: the lowest two, and whether there are more. */
+static void classify(struct terms *terms)
+{
+	const struct level *level = &terms->level;
+	const size_t n = level->vertex_count;
+	unsigned char *creases = mem_array(n, 1), *many = mem_array(n, 1);
+	terms->kind = mem_array(n, 1);
+	terms->patch = mem_array(n, sizeof *terms->patch);
+	terms->patch2 = mem_array(n, sizeof *terms->patch2);
+	for (size_t v = 0; v < n; v++)
+		terms->patch[v] = terms->patch2[v] = NO_PATCH;
+	/* Sum of the next vertices minus sum of the previous ones over the faces around: 0 for a closed fan, the difference of two
+	 * different vertices at a border. */
+	int64_t *open = mem_array(n, sizeof *open);
+	for (size_t f = 0; f < level->face_count; f++) {
+		const idx_t patch = terms->cage.face_patch[level->face_origin[f]];
+		const size_t low = level->face_start[f], high = level->face_start[f + 1];
+		for (size_t h = low; h < high; h++) {
+			const idx_t v = level->face_corner[h], w = level->face_corner[h + 1 < high ? h + 1 : low];
+			if (terms->patch[v] == NO_PATCH)
+				terms->patch[v] = patch;
+			else if (terms->patch[v] != patch && terms->patch2[v] == NO_PATCH)
+				terms->patch2[v] = patch;
+			else if (terms->patch[v] != patch && terms->patch2[v] != patch)
+				many[v] = 1;
+			open[v] += w, open[w] -= v;
+			if (level->sharp[h]) { /* an inner crease is met from both sides */
+				creases[v] = creases[v] < 200 ? creases[v] + 1 : creases[v];
+				creases[w] = creases[w] < 200 ? creases[w] + 1 : creases[w];
+			}
+		}
+	}
+	for (size_t v = 0; v < n; v++) {
+		const bool two = terms->patch2[v] != NO_PATCH;
+		if (many[v] || level->corner[v] || (open[v] != 0 && two))
+			terms->kind[v] = SAMPLE_NODE;
+		else if (open[v] != 0 || (two && creases[v] >= 4))
+			terms->kind[v] = SAMPLE_CURVE;
+		else
+			terms->kind[v] = SAMPLE_SURFACE;
+		if (terms->kind[v] == SAMPLE_CURVE && !two)
+			terms->patch2[v] = -1;
+	}
+	free(creases), free(many), free(open);
+}
+
+static void triangulate(struct terms *terms)
+{
+	const struct level *level = &terms->level;
+	size_t count = 0;
+	for (size_t f = 0; f < level->face_count; f++)
+		count += level->face_start[f + 1] - level->face_start[f] - 2;
+	terms->triangle = mem_array(3 * count, sizeof *terms->triangle);
+	terms->triangle_patch = mem_array(count, sizeof *terms->triangle_patch);
+	terms->triangle_face = mem_array(count, sizeof *terms->triangle_face);
+	for (size_t f = 0; f < level->face_count; f++) {
+		const size_t low = level->face_start[f], high = level->face_start[f + 1];
+		for (size_t i = low + 1; i + 1 < high; i++) {
+			idx_t *t = &terms->triangle[3 * terms->triangle_count];
+			t[0] = level->face_corner[low], t[1] = level->face_corner[i], t[2] = level->face_corner[i + 1];
+			terms->triangle_face[terms->triangle_count] = level->face_origin[f];
+			terms->triangle_patch[terms->triangle_count++] = terms->cage.face_patch[level->face_origin[f]];
+		}
+	}
+}
+
+bool terms_make(struct terms *terms, const struct draft *draft, int steps, bool with_rows, struct fault *fault)
+{
+	*terms = (struct terms){0};
+	draft_cage(&terms->cage, &terms->vertex_of, draft);
+	terms->control_of = mem_array(terms->cage.vertex_count, sizeof *terms->control_of);
+	for (size_t i = 0; i < draft->control.count; i++)
+		if (terms->vertex_of[i] != NO_INDEX)
+			terms->control_of[terms->vertex_of[i]] = (idx_t)i;
+	struct level base;
+	if (!level_from_cage(&base, &terms->cage, fault)) {
+		terms_free(terms);
+		return false;
+	}
+	if (with_rows) {
+		subdivide_operator(&terms->rows, &terms->level, &base, SCHEME_QUADTRI, steps, true);
+	} else {
+		level_refine(&terms->level, &base, SCHEME_QUADTRI, steps);
+		level_to_limit(&terms->level, SCHEME_QUADTRI);
+	}
+	level_free(&base);
+	if (with_rows)
+		sparse_apply(terms->level.xyz, &terms->rows, terms->cage.xyz);
+	classify(terms);
+	triangulate(terms);
+	terms->area = mem_array(terms->level.vertex_count, sizeof *terms->area);
+	for (size_t t = 0; t < terms->triangle_count; t++) {
+		const idx_t *v = &terms->triangle[3 * t];
+		double doubled[3];
+		area_vector3(doubled, &terms->level.xyz[3 * (size_t)v[0]], &terms->level.xyz[3 * (size_t)v[1]], &terms->level.xyz[3 * (size_t)v[2]]);
+		for (int k = 0; k < 3; k++)
+			terms->area[v[k]] += norm3(doubled) / 6;
+	}
+	return true;
+}
+
+void terms_free(struct terms *terms)
+{
+	cage_free(&terms->cage);
+	level_free(&terms->level);
+	sparse_free(&terms->rows);
+	free(terms->vertex_of), free(terms->control_of), free(terms->kind), free(terms->patch), free(terms->patch2), free(terms->area);
+	free(terms->triangle), free(terms->triangle_patch), free(terms->triangle_face);
+	*terms = (struct terms){0};
+}
+
+/* Chains sorted by their pair of patches. */
+struct chain_entry {
+	idx_t low, high, chain;
+};
+
+struct chain_index {
+	const struct border_network *border;
+	const double *xyz;
+	struct chain_entry *entry;
+};
+
+static int compare_entries(const void *a, const void *b)
+{
+	const struct chain_entry *x = a, *y = b;
+	if (x->low != y->low)
+		return x->low < y->low ? -1 : 1;
+	if (x->high != y->high)
+		return x->high < y->high ? -1 : 1;
+	return (x->chain > y->chain) - (x->chain < y->chain);
+}
+
+struct chain_index *chain_index_new(const struct border_network *border, const double *xyz)
+{
+	struct chain_index *index = mem_array(1, sizeof *index);
+	*index = (struct chain_index){border, xyz, mem_array(border->chain_count, sizeof *index->entry)};
+	for (size_t c = 0; c < border->chain_count; c++) {
+		const struct border_chain *chain = &border->chain[c];
+		index->entry[c] = (struct chain_entry){chain->left < chain->right ? chain->left : chain->right,
+		                                       chain->left < chain->right ? chain->right : chain->left, (idx_t)c};
+	}
+	qsort(index->entry, border->chain_count, sizeof *index->entry, compare_entries);
+	return index;
+}
+
+void chain_index_free(struct chain_index *index)
+{
+	if (index)
+		free(index->entry);
+	free(index);
+}
+
+bool chain_nearest(double point[3], double tangent[3], const struct chain_index *index, idx_t patch, idx_t patch2, const double p[3])
+{
+	const struct chain_entry want = {patch < patch2 ? patch : patch2, patch < patch2 ? patch2 : patch, -1};
+	size_t low = 0, high = index->border->chain_count;
+	while (low < high) {
+		const size_t middle = (low + high) / 2;
+		if (compare_entries(&index->entry[middle], &want) < 0)
+			low = middle + 1;
+		else
+			high = middle;
+	}
+	double best = INFINITY;
+	for (size_t e = low; e < index->border->chain_count && index->entry[e].low == want.low && index->entry[e].high == want.high; e++) {
+		const struct border_chain *chain = &index->border->chain[index->entry[e].chain];
+		const idx_t *vertex = &index->border->vertex[chain->first];
+		const size_t segments = chain->closed ? chain->count : chain->count - 1;
+		for (size_t s = 0; s < segments; s++) {
+			const double *a = &index->xyz[3 * (size_t)vertex[s]], *b = &index->xyz[3 * (size_t)vertex[(s + 1) % chain->count]];
+			double ab[3], ap[3], foot[3];
+			sub3(ab, b, a);
+			sub3(ap, p, a);
+			const double squared = dot3(ab, ab);
+			double t = squared > 0 ? dot3(ap, ab) / squared : 0;
+			t = t < 0 ? 0 : t > 1 ? 1 : t;
+			copy3(foot, a);
+			add_scaled3(foot, t, ab);
+			const double distance = distance3(foot, p);
+			if (distance < best) {
+				best = distance;
+				copy3(point, foot);
+				copy3(tangent, ab);
+			}
+		}
+	}
+	return isfinite(best) && normalise3(tangent) > 0;
+}
+
+struct foot terms_foot(const struct terms *terms, const struct target *target, size_t sample)
+{
+	const double *p = &terms->level.xyz[3 * sample];
+	struct nearest_filter filter = {.label = target->dense->label, .only = terms->patch[sample]};
+	struct foot foot = nearest_point(target->nearest, p, INFINITY, &filter);
+	if (terms->patch2[sample] >= 0) {
+		filter.only = terms->patch2[sample];
+		const struct foot other = nearest_point(target->nearest, p, INFINITY, &filter);
+		if (foot.triangle == NO_INDEX || (other.triangle != NO_INDEX && other.distance < foot.distance))
+			foot = other;
+	}
+	return foot;
+}

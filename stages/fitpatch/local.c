@@ -1,0 +1,107 @@
+/* Drafts from and to documents. */
+#include "stages/fitpatch/local.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "formats/cage.h"
+#include "stages/geometry/vector.h"
+
+void draft_start(struct draft *draft, const struct network *network)
+{
+	*draft = (struct draft){0};
+	for (size_t i = 0; i < network->vertex_count; i++)
+		control_add(&draft->control, &network->xyz[3 * i], network->kind[i]);
+	for (size_t k = 0; k < network->curve_count; k++)
+		if (network_curve_edited(network, &network->curve[k]))
+			for (size_t i = 0; i < network->curve[k].count; i++)
+				draft->control.held[network->point[network->curve[k].first + i]] = 1;
+	polygons_init(&draft->polygons);
+	draft->network = (struct network){.vertex_count = network->vertex_count, .curve_count = network->curve_count, .point_count = network->point_count};
+	draft->network.curve = mem_copy(network->curve, network->curve_count, sizeof *network->curve);
+	draft->network.point = mem_copy(network->point, network->point_count, sizeof *network->point);
+}
+
+void draft_free(struct draft *draft)
+{
+	control_free(&draft->control);
+	polygons_free(&draft->polygons);
+	free(draft->network.curve), free(draft->network.point);
+	*draft = (struct draft){0};
+}
+
+void label_lists(size_t **start, idx_t **list, const idx_t *label, size_t count, size_t patch_count)
+{
+	*start = mem_array(patch_count + 2, sizeof **start);
+	*list = mem_array(count, sizeof **list);
+	for (size_t t = 0; t < count; t++)
+		(*start)[label[t] + 2]++;
+	for (size_t p = 0; p < patch_count; p++)
+		(*start)[p + 2] += (*start)[p + 1];
+	for (size_t t = 0; t < count; t++)
+		(*list)[(*start)[label[t] + 1]++] = (idx_t)t;
+}
+
+/* Network points keep their order; those that refinement put on curves come after them. */
+static size_t number_net(idx_t *net, const struct draft *draft)
+{
+	size_t count = 0;
+	memset(net, 0xff, draft->control.count * sizeof *net);
+	for (size_t k = 0; k < draft->network.curve_count; k++)
+		for (size_t i = 0; i < draft->network.curve[k].count; i++)
+			net[draft->network.point[draft->network.curve[k].first + i]] = 0;
+	for (size_t i = 0; i < draft->control.count; i++)
+		if (net[i] != NO_INDEX)
+			net[i] = (idx_t)count++;
+	return count;
+}
+
+void local_to_ply(struct ply *ply, const struct draft *draft)
+{
+	const struct polygons *polygons = &draft->polygons;
+	const size_t corners = polygons->start[polygons->count];
+	idx_t *net = mem_array(draft->control.count, sizeof *net);
+	struct network network = draft->network;
+	network.vertex_count = number_net(net, draft);
+	network.xyz = mem_array(3 * network.vertex_count, sizeof *network.xyz);
+	network.kind = mem_array(network.vertex_count, 1);
+	network.curve = mem_copy(draft->network.curve, network.curve_count, sizeof *network.curve);
+	network.point = mem_array(network.point_count, sizeof *network.point);
+	for (size_t i = 0; i < draft->control.count; i++)
+		if (net[i] != NO_INDEX) {
+			copy3(&network.xyz[3 * (size_t)net[i]], &draft->control.xyz[3 * i]);
+			network.kind[net[i]] = draft->control.role[i];
+		}
+	for (size_t i = 0; i < network.point_count; i++)
+		network.point[i] = net[draft->network.point[i]];
+	for (size_t k = 0; k < network.curve_count; k++)
+		network.curve[k].length = network_curve_length(&network, &network.curve[k]);
+
+	/* Each patch in its own vertices, patches in order of their first face; faces keep their order within a patch. */
+	struct cage cage = {.scheme = SCHEME_QUADTRI, .face_count = polygons->count};
+	cage.xyz = mem_array(3 * corners, sizeof *cage.xyz);
+	cage.corner = mem_array(corners, 1);
+	cage.net = mem_array(corners, sizeof *cage.net);
+	cage.face_corner = mem_array(corners, sizeof *cage.face_corner);
+	cage.face_start = mem_copy(polygons->start, polygons->count + 1, sizeof *polygons->start);
+	cage.face_patch = mem_copy(polygons->patch, polygons->count, sizeof *polygons->patch);
+	idx_t *local = mem_array(draft->control.count, sizeof *local), *of_patch = mem_array(draft->control.count, sizeof *of_patch);
+	memset(of_patch, 0xff, draft->control.count * sizeof *of_patch);
+	for (size_t f = 0; f < polygons->count; f++)
+		for (size_t h = polygons->start[f]; h < polygons->start[f + 1]; h++) {
+			const idx_t point = polygons->corner[h];
+			if (of_patch[point] != polygons->patch[f]) {
+				of_patch[point] = polygons->patch[f];
+				local[point] = (idx_t)cage.vertex_count++;
+				copy3(&cage.xyz[3 * (size_t)local[point]], &draft->control.xyz[3 * (size_t)point]);
+				cage.net[local[point]] = net[point];
+			}
+			cage.face_corner[h] = local[point];
+		}
+	ply_drop_element(ply, "edge");
+	cage_to_ply(ply, &cage);
+	network_to_ply(ply, &network, "netpoint");
+	free(local), free(of_patch), free(net);
+	cage_free(&cage);
+	network_free(&network);
+}
