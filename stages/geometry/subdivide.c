@@ -1,7 +1,8 @@
 /* The uniform refiner. Edges are found once, by sorting, on the level that comes in; from there on the edges of the next level
- * are known by their numbers: the halves of edge e are 2 e (at the vertex with the lower number) and 2 e + 1, and every corner h
- * has one inner edge 2 E + h (triangles: the edge that cuts the corner; quads: from the midpoint of edge h to the centre).
- * The corners of the children of a face with corners s .. s + d - 1 are 4 s .. 4 (s + d) - 1 in both splits. */
+ * follow from those of this one: two halves of each edge and one inner edge a corner (triangles: the edge that cuts the corner;
+ * quads: from the midpoint of the corner's edge to the centre). They are numbered in the order of their first corner, as sorting
+ * would do, so that n steps at once give the same bytes as n times one step. The corners of the children of a face with corners
+ * s .. s + d - 1 are 4 s .. 4 (s + d) - 1 in both splits. */
 #include "stages/geometry/subdivide.h"
 
 #include <assert.h>
@@ -45,54 +46,65 @@ static double *at(double *xyz, size_t vertex)
 	return xyz + 3 * vertex;
 }
 
-/* Where the children of a face go. */
-struct child {
-	idx_t *corner, *edge;   /* edge NULL on the last level */
-	idx_t inner;            /* number of the inner edge of the face's first corner */
+/* Numbers of the edges of the next level while they are given out. */
+struct numbering {
+	idx_t *half;            /* 2 an edge: number + 1 of its half at the lower vertex, then of the other; 0: none yet */
+	idx_t count;
 };
 
-/* Both halves of an edge, the one at its end a first. */
-static inline void edge_halves(idx_t half[2], idx_t e, idx_t a, idx_t b)
+static inline idx_t number_half(struct numbering *numbering, idx_t edge, bool is_at_higher)
 {
-	half[0] = 2 * e + (a > b);
-	half[1] = 2 * e + (a < b);
+	idx_t *slot = numbering->half + 2 * (size_t)edge + is_at_higher;
+	if (*slot == 0)
+		*slot = ++numbering->count;
+	return *slot - 1;
 }
 
-static inline void put_quad(idx_t *out, idx_t a, idx_t b, idx_t c, idx_t d)
+/* Children of a face of any degree: a quad (v[k], middle of edge k, centre, middle of the edge before) at each corner. */
+static inline void split_to_quads(idx_t *restrict out, const idx_t *v, const idx_t *e, size_t degree, idx_t vertex_count, idx_t centre)
 {
-	out[0] = a;
-	out[1] = b;
-	out[2] = c;
-	out[3] = d;
-}
-
-/* Children of a face of any degree: a quad at each corner around vertex centre. mid[k] = vertex_count + e[k]. */
-static inline void split_to_quads(struct child child, const idx_t *v, const idx_t *e, size_t degree, idx_t vertex_count, idx_t centre)
-{
-	for (size_t k = 0, p = degree - 1; k < degree; p = k++) {
-		put_quad(child.corner + 4 * k, v[k], vertex_count + e[k], centre, vertex_count + e[p]);
-		if (child.edge) {
-			const size_t n = k + 1 == degree ? 0 : k + 1;
-			put_quad(child.edge + 4 * k, 2 * e[k] + (v[k] > v[n]), child.inner + (idx_t)k, child.inner + (idx_t)p,
-			         2 * e[p] + (v[k] > v[p]));
-		}
+	for (size_t k = 0, before = degree - 1; k < degree; before = k++) {
+		out[4 * k] = v[k];
+		out[4 * k + 1] = vertex_count + e[k];
+		out[4 * k + 2] = centre;
+		out[4 * k + 3] = vertex_count + e[before];
 	}
 }
 
-static inline void split_to_triangles(struct child child, const idx_t *v, const idx_t *e, idx_t vertex_count)
+static inline void number_quads(idx_t *restrict out, struct numbering *numbering, const idx_t *v, const idx_t *e, size_t degree)
+{
+	/* from the first quad's point of view the inner edges come in the order: its own, the last quad's, then one a quad */
+	const size_t last = degree - 1;
+	for (size_t k = 0, before = last; k < degree; before = k++) {
+		const size_t next = k == last ? 0 : k + 1;
+		out[4 * k] = number_half(numbering, e[k], v[k] > v[next]);
+		if (k < last)
+			out[4 * k + 1] = numbering->count++;
+		if (k == 0)
+			out[4 * last + 1] = numbering->count++;
+		out[4 * k + 2] = out[4 * before + 1];
+		out[4 * k + 3] = number_half(numbering, e[before], v[k] > v[before]);
+	}
+}
+
+static inline void split_to_triangles(idx_t *restrict out, const idx_t *v, const idx_t *e, idx_t vertex_count)
 {
 	for (int k = 0; k < 3; k++) {
-		const int p = (k + 2) % 3, n = (k + 1) % 3;
-		child.corner[3 * k] = v[k];
-		child.corner[3 * k + 1] = vertex_count + e[k];
-		child.corner[3 * k + 2] = vertex_count + e[p];
-		child.corner[9 + k] = vertex_count + e[k];
-		if (child.edge) {
-			child.edge[3 * k] = 2 * e[k] + (v[k] > v[n]);
-			child.edge[3 * k + 1] = child.inner + k;
-			child.edge[3 * k + 2] = 2 * e[p] + (v[k] > v[p]);
-			child.edge[9 + k] = child.inner + n;
-		}
+		out[3 * k] = v[k];
+		out[3 * k + 1] = vertex_count + e[k];
+		out[3 * k + 2] = vertex_count + e[(k + 2) % 3];
+		out[9 + k] = vertex_count + e[k];
+	}
+}
+
+static inline void number_triangles(idx_t *restrict out, struct numbering *numbering, const idx_t *v, const idx_t *e)
+{
+	for (int k = 0; k < 3; k++) {
+		const int before = (k + 2) % 3, next = (k + 1) % 3;
+		out[3 * k] = number_half(numbering, e[k], v[k] > v[next]);
+		out[3 * k + 1] = numbering->count++;
+		out[3 * k + 2] = number_half(numbering, e[before], v[k] > v[before]);
+		out[9 + before] = out[3 * k + 1]; /* the middle triangle runs from the middle of edge k - 1 to that of edge k past corner k */
 	}
 }
 
@@ -191,23 +203,24 @@ static void finish_positions(double *restrict out, const struct refiner *r)
 	}
 }
 
-/* The sides of the halves of every crease. */
-static void split_sides(struct refiner *out, const struct refiner *r)
+/* The sides of the halves of every crease. numbering NULL: their edges are not needed. */
+static void split_sides(struct refiner *out, const struct refiner *r, struct numbering *numbering)
 {
 	out->side_count = 2 * r->side_count;
 	out->side = mem_array(out->side_count, sizeof *out->side);
 	for (size_t s = 0; s < r->side_count; s++) {
 		const struct side g = r->side[s];
 		const idx_t d = splits_to_quads((size_t)g.degree, r->scheme) ? 4 : 3, middle = (idx_t)r->vertex_count + g.edge;
-		idx_t half[2];
-		edge_halves(half, g.edge, g.a, g.b);
+		const idx_t half[2] = {numbering ? number_half(numbering, g.edge, g.a > g.b) : NO_INDEX,
+		                       numbering ? number_half(numbering, g.edge, g.b > g.a) : NO_INDEX};
 		out->side[2 * s] = (struct side){4 * g.first + d * g.k, 0, d, half[0], g.a, middle, g.is_primary};
 		out->side[2 * s + 1] =
 		        (struct side){4 * g.first + d * ((g.k + 1) % g.degree), d - 1, d, half[1], middle, g.b, g.is_primary};
 	}
 }
 
-/* One step. first_mask: entry of the mask table for the first centre of a face. When is_last, what only the next step needs is left out. */
+/* One step. first_centre_mask: entry of the mask table for the first centre of a face, those of the others follow it; or
+ * RULE_QUADS_4 for all. When is_last, what only the next step needs is left out. */
 static void refine_once(struct refiner *out, const struct refiner *r, bool is_last, idx_t first_centre_mask)
 {
 	size_t centre_count = 0;
@@ -222,7 +235,9 @@ static void refine_once(struct refiner *out, const struct refiner *r, bool is_la
 	                        .mask = r->mask};
 	out->xyz = mem_array(3 * out->vertex_count, sizeof *out->xyz);
 	out->corner = mem_array(out->corner_count, sizeof *out->corner);
+	struct numbering numbering = {0};
 	if (!is_last) {
+		numbering.half = mem_array(2 * r->edge_count, sizeof *numbering.half);
 		out->edge = mem_array(out->corner_count, sizeof *out->edge);
 		out->rule = mem_resize(mem_copy(r->rule, v_count, sizeof *out->rule), out->vertex_count, sizeof *out->rule);
 		for (size_t i = v_count; i < v_count + r->edge_count; i++)
@@ -237,20 +252,23 @@ static void refine_once(struct refiner *out, const struct refiner *r, bool is_la
 		const bool quads = splits_to_quads(degree, r->scheme);
 		for (size_t f = 0; f < r->run[i].face_count; f++, h += degree) {
 			const idx_t *v = r->corner + h, *e = r->edge + h;
-			const struct child child = {out->corner + 4 * h, is_last ? NULL : out->edge + 4 * h, (idx_t)(2 * r->edge_count + h)};
 			if (!quads) {
 				triangle_sums(out->xyz, r->xyz, v, e, v_count);
-				split_to_triangles(child, v, e, (idx_t)v_count);
-				if (!is_last)
-					for (int k = 0; k < 3; k++)
-						out->rule[v_count + (size_t)e[k]]--;
+				split_to_triangles(out->corner + 4 * h, v, e, (idx_t)v_count);
+				if (is_last)
+					continue;
+				number_triangles(out->edge + 4 * h, &numbering, v, e);
+				for (int k = 0; k < 3; k++)
+					out->rule[v_count + (size_t)e[k]]--;
 				continue;
 			}
 			if (degree == 4)
 				quad_sums(out->xyz, r->xyz, v, e, v_count, centre);
 			else
 				polygon_sums(out->xyz, r->xyz, v, e, degree, v_count, centre, r->scheme);
-			split_to_quads(child, v, e, degree, (idx_t)v_count, (idx_t)centre++);
+			split_to_quads(out->corner + 4 * h, v, e, degree, (idx_t)v_count, (idx_t)centre++);
+			if (!is_last)
+				number_quads(out->edge + 4 * h, &numbering, v, e, degree);
 		}
 		if (!is_last) {
 			const size_t d = quads ? 4 : 3, count = r->run[i].face_count * (quads ? degree : 4);
@@ -261,7 +279,8 @@ static void refine_once(struct refiner *out, const struct refiner *r, bool is_la
 		}
 	}
 	finish_positions(out->xyz, r);
-	split_sides(out, r);
+	split_sides(out, r, is_last ? NULL : &numbering);
+	free(numbering.half);
 	if (!is_last)
 		for (size_t s = 0; s < r->side_count; s++)
 			out->rule[v_count + (size_t)r->side[s].edge] = RULE_CREASE;

@@ -159,12 +159,130 @@ static void triangles_are_loop(void **state)
 	two_steps(tetrahedron_xyz, 4, tetrahedron_faces, SCHEME_LOOP, assert_loop);
 }
 
+static void assert_same_level(const struct level *a, const struct level *b)
+{
+	assert_int_equal(a->vertex_count, b->vertex_count);
+	assert_int_equal(a->face_count, b->face_count);
+	const size_t corners = a->face_start[a->face_count];
+	assert_int_equal(corners, b->face_start[b->face_count]);
+	assert_memory_equal(a->xyz, b->xyz, 3 * a->vertex_count * sizeof *a->xyz);
+	assert_memory_equal(a->face_corner, b->face_corner, corners * sizeof *a->face_corner);
+	assert_memory_equal(a->face_start, b->face_start, a->face_count * sizeof *a->face_start);
+	assert_memory_equal(a->face_origin, b->face_origin, a->face_count * sizeof *a->face_origin);
+	assert_memory_equal(a->corner, b->corner, a->vertex_count);
+	assert_memory_equal(a->sharp, b->sharp, corners);
+}
+
+/* The cages that show every rule: mixed faces, n-gons, creases, corners, darts, borders. */
+enum { SAMPLE_COUNT = 7 };
+static struct cage sample(int which)
+{
+	struct cage cage;
+	double xyz[36];
+	prism_points(xyz, 1);
+	switch (which) {
+	case 0:
+		return cage_make(house_xyz, 9, house_faces, SCHEME_QUADTRI);
+	case 1: /* a crease around the roof, a dart down the roof, a corner on the crease */
+		cage = cage_make(house_xyz, 9, house_faces, SCHEME_QUADTRI);
+		cage_sharpen(&cage, (const int[]){4, 5, 5, 6, 6, 7, 7, 4, 4, 8, 0, 1, -1, -1});
+		cage.corner[6] = 1;
+		return cage;
+	case 2:
+		cage = cage_make(xyz, 12, prism_faces, SCHEME_QUADTRI);
+		cage_sharpen(&cage, prism_rims);
+		return cage;
+	case 3: /* without its caps: two borders */
+		return cage_make(xyz, 12, prism_faces + 14, SCHEME_QUADTRI);
+	case 4:
+		cage = cage_make(xyz, 12, prism_faces, SCHEME_CATMULLCLARK);
+		cage_sharpen(&cage, (const int[]){0, 1, 1, 2, 7, 8, -1, -1});
+		return cage;
+	case 5:
+		cage = cage_make(octahedron_xyz, 6, octahedron_faces, SCHEME_LOOP);
+		cage_sharpen(&cage, (const int[]){0, 2, 2, 1, 1, 3, 0, 4, -1, -1});
+		return cage;
+	default: /* a pillow: two hexagons back to back, every vertex of valence 2 */
+		return cage_make(xyz, 6, (const int[]){0, 1, 2, 3, 4, 5, -1, 5, 4, 3, 2, 1, 0, -1, -2}, SCHEME_QUADTRI);
+	}
+}
+
+/* Three steps at once and one by one: the same bytes; and the sizes that are foretold. */
+static void steps_compose(void **state)
+{
+	(void)state;
+	for (int which = 0; which < SAMPLE_COUNT; which++) {
+		struct cage cage = sample(which);
+		struct level whole, now = level_make(&cage), next;
+		level_refine(&whole, &now, cage.scheme, 3);
+		size_t vertices, faces, corners;
+		level_refined_size(&vertices, &faces, &corners, &now, cage.scheme, 3);
+		assert_int_equal(vertices, whole.vertex_count);
+		assert_int_equal(faces, whole.face_count);
+		assert_int_equal(corners, whole.face_start[whole.face_count]);
+		for (int s = 0; s < 3; s++) {
+			level_refine(&next, &now, cage.scheme, 1);
+			/* old vertices come first: their flags are where they were */
+			assert_memory_equal(now.corner, next.corner, now.vertex_count);
+			level_free(&now);
+			now = next;
+		}
+		assert_same_level(&whole, &now);
+		level_free(&whole);
+		level_free(&now);
+		cage_drop(&cage);
+	}
+}
+
+/* Rows of the operator: the very surface, rising columns, sums of 1. */
+static void operator_equals_refiner(void **state)
+{
+	(void)state;
+	for (int which = 0; which < SAMPLE_COUNT; which++)
+		for (int steps = 0; steps < 4; steps++)
+			for (int limit = 0; limit < 2; limit++) {
+				struct cage cage = sample(which);
+				struct level in = level_make(&cage), want, refined;
+				level_refine(&want, &in, cage.scheme, steps);
+				if (limit)
+					level_to_limit(&want, cage.scheme);
+				struct sparse m;
+				subdivide_operator(&m, &refined, &in, cage.scheme, steps, limit);
+				assert_int_equal(m.row_count, want.vertex_count);
+				assert_int_equal(m.column_count, cage.vertex_count);
+				double *xyz = mem_array(3 * m.row_count, sizeof *xyz);
+				sparse_apply(xyz, &m, cage.xyz);
+				for (size_t i = 0; i < 3 * m.row_count; i++) {
+					assert_near(xyz[i], want.xyz[i], 2e-14);
+					assert_near(refined.xyz[i], want.xyz[i], 2e-14);
+				}
+				for (size_t r = 0; r < m.row_count; r++) {
+					double sum = 0;
+					for (size_t k = m.row_start[r]; k < m.row_start[r + 1]; k++) {
+						sum += m.weight[k];
+						assert_true(k == m.row_start[r] || m.column[k - 1] < m.column[k]);
+					}
+					assert_near(sum, 1, steps < 2 ? 1e-15 : 4e-15);
+				}
+				memcpy(refined.xyz, want.xyz, 3 * want.vertex_count * sizeof *want.xyz);
+				assert_same_level(&refined, &want);
+				free(xyz);
+				sparse_free(&m);
+				level_free(&in);
+				level_free(&want);
+				level_free(&refined);
+				cage_drop(&cage);
+			}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 	        cmocka_unit_test(quads_are_catmull_clark),
 	        cmocka_unit_test(catmull_clark_takes_any_faces),
 	        cmocka_unit_test(triangles_are_loop),
+	        cmocka_unit_test(steps_compose),
+	        cmocka_unit_test(operator_equals_refiner),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
