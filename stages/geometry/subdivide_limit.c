@@ -59,10 +59,10 @@ static void put_ring(const struct limit *limit, size_t vertex, const double *wei
 	}
 }
 
-static const struct ring_mask *collect(struct limit *limit, size_t vertex)
+static const struct ring_mask *collect(struct limit *limit, size_t vertex, bool with_tangents)
 {
 	ring_collect(&limit->ring, limit->level, limit->topology, (size_t)limit->outgoing[vertex]);
-	return ring_mask(&limit->cache, &limit->ring);
+	return ring_mask(&limit->cache, &limit->ring, with_tangents);
 }
 
 void limit_stencil(struct limit *limit, size_t vertex, limit_put put, void *user)
@@ -79,7 +79,7 @@ void limit_stencil(struct limit *limit, size_t vertex, limit_put put, void *user
 		break;
 	case KIND_SMOOTH:
 	case KIND_DART:
-		put_ring(limit, vertex, collect(limit, vertex)->limit, put, user);
+		put_ring(limit, vertex, collect(limit, vertex, false)->limit, put, user);
 		break;
 	}
 }
@@ -167,7 +167,7 @@ void level_normals(double *normal, const struct level *level, enum cage_scheme s
 		normalise3(n);
 		if (topology.kind[v] == KIND_CORNER || topology.kind[v] == KIND_CREASE)
 			continue;
-		const struct ring_mask *mask = collect(&limit, v);
+		const struct ring_mask *mask = collect(&limit, v, true);
 		struct point_sum t1 = {level->xyz, {0, 0, 0}}, t2 = t1;
 		put_ring(&limit, v, mask->tangent1, put_point, &t1);
 		put_ring(&limit, v, mask->tangent2, put_point, &t2);

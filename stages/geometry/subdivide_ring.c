@@ -181,8 +181,13 @@ static void limit_by_iteration(double *limit, const struct matrix *m)
 	for (int step = 0; step < LIMIT_STEPS; step++) {
 		transposed(next, m, limit);
 		const double sum = sum_of(next, m->size); /* 1 but for rounding */
-		for (size_t i = 0; i < m->size; i++)
+		double change = 0;
+		for (size_t i = 0; i < m->size; i++) {
+			change = fmax(change, fabs(next[i] / sum - limit[i]));
 			limit[i] = next[i] / sum;
+		}
+		if (change < 1e-17)
+			break;
 	}
 	free(next);
 }
@@ -261,12 +266,19 @@ static void triangle_masks(struct ring_mask *mask, size_t valence)
 	}
 }
 
-static void mixed_masks(struct ring_mask *mask)
+static void mixed_limit(struct ring_mask *mask)
+{
+	struct matrix m;
+	ring_matrix(&m, mask->pattern, mask->valence);
+	limit_by_iteration(mask->limit, &m);
+	free(m.entry);
+}
+
+static void mixed_tangents(struct ring_mask *mask)
 {
 	const size_t n = mask->valence;
 	struct matrix m;
 	ring_matrix(&m, mask->pattern, n);
-	limit_by_iteration(mask->limit, &m);
 	double *x = mem_array(m.size, sizeof *x), *y = mem_array(m.size, sizeof *y);
 	planar_ring(x, y, mask->pattern, n);
 	memcpy(mask->tangent1, x, m.size * sizeof *x);
@@ -279,12 +291,13 @@ static void mixed_masks(struct ring_mask *mask)
 	free(x);
 	free(y);
 	free(m.entry);
+	mask->has_tangents = true;
 }
 
 static struct ring_mask mask_new(const unsigned char *pattern, size_t valence)
 {
 	const size_t size = 1 + 2 * valence;
-	struct ring_mask mask = {.valence = valence};
+	struct ring_mask mask = {.valence = valence, .has_tangents = true};
 	mask.pattern = mem_copy(pattern, valence, 1);
 	mask.limit = mem_array(size, sizeof(double));
 	mask.tangent1 = mem_array(size, sizeof(double));
@@ -298,8 +311,10 @@ static struct ring_mask mask_new(const unsigned char *pattern, size_t valence)
 		quad_masks(&mask, valence);
 	else if (sharp == 0 && quads == 0)
 		triangle_masks(&mask, valence);
-	else
-		mixed_masks(&mask);
+	else {
+		mixed_limit(&mask);
+		mask.has_tangents = false;
+	}
 	return mask;
 }
 
@@ -337,7 +352,7 @@ static size_t pattern_slot(const struct ring_cache *cache, const unsigned char *
 	return s;
 }
 
-const struct ring_mask *ring_mask(struct ring_cache *cache, const struct ring *ring)
+static struct ring_mask *find_mask(struct ring_cache *cache, const struct ring *ring)
 {
 	if (ring->valence > cache->pattern_room) {
 		cache->pattern_room = 2 * ring->valence;
@@ -362,4 +377,12 @@ const struct ring_mask *ring_mask(struct ring_cache *cache, const struct ring *r
 	cache->mask[cache->count] = mask_new(cache->pattern, ring->valence);
 	cache->slot[s] = (idx_t)++cache->count;
 	return cache->mask + cache->count - 1;
+}
+
+const struct ring_mask *ring_mask(struct ring_cache *cache, const struct ring *ring, bool with_tangents)
+{
+	struct ring_mask *mask = find_mask(cache, ring);
+	if (with_tangents && !mask->has_tangents)
+		mixed_tangents(mask);
+	return mask;
 }

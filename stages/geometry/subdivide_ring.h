@@ -25,6 +25,7 @@ struct ring_mask {
 	double *tangent1, *tangent2; /* sum to 0; tangent1 x tangent2 points outside */
 	unsigned char *pattern;    /* valence flags: bit 0 quad, bit 1 sharp edge */
 	size_t valence;
+	bool has_tangents;         /* mixed rings: computed when first asked for */
 };
 
 /* Masks by pattern, kept as they come up. */
@@ -39,6 +40,6 @@ struct ring_cache {
 void ring_cache_free(struct ring_cache *cache);
 
 /* The pointer holds until the next call. */
-const struct ring_mask *ring_mask(struct ring_cache *cache, const struct ring *ring);
+const struct ring_mask *ring_mask(struct ring_cache *cache, const struct ring *ring, bool with_tangents);
 
 #endif
