@@ -111,6 +111,7 @@ double grow_region(struct grower *g, const struct dense_patch *patch, const idx_
 	g->region_count = 0;
 	g->region_area = 0;
 	g->flat_count = 0;
+	double squares = 0;
 	size_t tail = 0;
 	for (size_t i = 0; i < seed_count + tail; i++) {
 		/* seeds first, then what was found */
@@ -132,6 +133,7 @@ double grow_region(struct grower *g, const struct dense_patch *patch, const idx_
 				continue;
 			g->region[tail++] = to;
 			g->region_area += f->area[to];
+			squares += turn * turn * f->area[to];
 			record_turn(&record, g->flat[to], turn);
 			bool is_new = true;
 			for (size_t j = 0; j < g->flat_count; j++)
@@ -142,6 +144,7 @@ double grow_region(struct grower *g, const struct dense_patch *patch, const idx_
 	}
 	g->region_count = tail;
 	g->turn = record.second;
+	g->mean_turn = g->region_area > 0 ? sqrt(squares / g->region_area) : 0;
 	return g->region_area;
 }
 
@@ -200,17 +203,6 @@ double grow_residual(const struct facets *f, const struct dense_patch *patch, co
 		for (int k = 0; k < 3; k++)
 			most = fmax(most, fabs(primitive_distance(patch, f->xyz + 3 * f->triangle[3 * part[i] + k])));
 	return most;
-}
-
-double grow_rms(const struct facets *f, const struct dense_patch *patch, const idx_t *part, size_t count)
-{
-	double sum = 0;
-	for (size_t i = 0; i < count; i++)
-		for (int k = 0; k < 3; k++) {
-			const double d = primitive_distance(patch, f->xyz + 3 * f->triangle[3 * part[i] + k]);
-			sum += d * d;
-		}
-	return count ? sqrt(sum / (3 * (double)count)) : 0;
 }
 
 double grow_refine(struct grower *g, struct dense_patch *patch, const idx_t *seed, size_t seed_count)

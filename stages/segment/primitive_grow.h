@@ -17,6 +17,7 @@ struct grower {
 	size_t region_count;
 	double region_area;
 	double turn;             /* typical large turn of one facet: the second largest of its flats */
+	double mean_turn;        /* root mean square turn of the facets by area */
 	size_t flat_count;       /* distinct flats in it, counted up to a few */
 	size_t work;             /* triangles visited and points fitted so far: bounds the whole search */
 	/* private */
@@ -48,7 +49,4 @@ bool grow_fit(struct grower *grower, struct dense_patch *patch, const idx_t *par
 
 /* Largest distance of the vertices of count triangles. */
 double grow_residual(const struct facets *facets, const struct dense_patch *patch, const idx_t *part, size_t count);
-/* Root mean square of these distances over the corners of the triangles. */
-double grow_rms(const struct facets *facets, const struct dense_patch *patch, const idx_t *part, size_t count);
-
 #endif

@@ -20,7 +20,7 @@
 
 struct proposal {
 	struct dense_patch patch;
-	double area, turn_limit;
+	double area, turn_limit, mean_turn;
 	idx_t flat;              /* seed */
 };
 
@@ -126,11 +126,19 @@ static int neighbours_of(const struct search *s, idx_t flat, struct flat_neighbo
 	return taken;
 }
 
+/* More area wins; of about equals the one whose facets turn much less (the vertices of two circles lie on a sphere as well
+ * as on a cylinder or cone, but the mesh bends only as the latter does), else the one with fewer parameters. */
 static bool is_better(const struct proposal *a, const struct proposal *b)
 {
 	const int pa = primitive_parameter_count(a->patch.kind), pb = primitive_parameter_count(b->patch.kind);
 	if (!(b->area > 0) || !(a->area > 0))
 		return a->area > b->area;
+	if (a->patch.kind != PATCH_PLANE && b->patch.kind != PATCH_PLANE && a->area < 2 * b->area && b->area < 2 * a->area) {
+		if (a->mean_turn < 0.7 * b->mean_turn - 0.01)
+			return true;
+		if (b->mean_turn < 0.7 * a->mean_turn - 0.01)
+			return false;
+	}
 	if (pa > pb)
 		return a->area > SIMPLER_SHARE * b->area;
 	if (pa < pb)
@@ -149,6 +157,7 @@ static void try_group(struct search *s, idx_t flat, size_t first_kind, struct pr
 			continue;
 		p.area = grow_refine(&s->grower, &p.patch, seed, seeds);
 		p.turn_limit = surface_turn_limit(&s->grower, &p.patch);
+		p.mean_turn = s->grower.mean_turn;
 		if (is_better(&p, best))
 			*best = p;
 	}
@@ -341,24 +350,32 @@ static void take_whole_parts(struct search *s)
 		const size_t count = start[i + 1] - start[i];
 		double area = 0;
 		size_t largest = 0;
+		if (s->regions->label[part[0]] != NO_INDEX)
+			continue;
 		for (size_t j = 0; j < count; j++) {
 			area += f->area[part[j]];
 			if (f->area[part[j]] > f->area[part[largest]])
 				largest = j;
 		}
+		struct proposal best = {.area = 0};
 		for (size_t k = 0; k < KINDS; k++) {
-			struct dense_patch patch = {0};
-			if (!grow_hypothesis(&s->grower, &patch, simplest_first[k], part, count, s->options->distance))
+			struct proposal p = {.flat = s->flats->of[part[largest]]};
+			if (!grow_hypothesis(&s->grower, &p.patch, simplest_first[k], part, count, s->options->distance))
 				continue;
 			size_t seeds;
-			const idx_t *seed = flat_members(s, s->flats->of[part[largest]], &seeds);
-			if (grow_refine(&s->grower, &patch, seed, seeds) < area * (1 - 1e-6) || s->grower.region_count < count)
-				continue;
-			const idx_t label = regions_add(s->regions, &patch);
-			for (size_t j = 0; j < count; j++)
-				s->regions->label[part[j]] = label;
-			break;
+			const idx_t *seed = flat_members(s, p.flat, &seeds);
+			p.area = grow_refine(&s->grower, &p.patch, seed, seeds);
+			p.mean_turn = s->grower.mean_turn;
+			if (p.area >= area * (1 - 1e-6) && s->grower.region_count == count && is_better(&p, &best))
+				best = p;
+			if (best.area > 0 && best.patch.kind == PATCH_PLANE)
+				break;
 		}
+		if (!(best.area > 0))
+			continue;
+		const idx_t label = regions_add(s->regions, &best.patch);
+		for (size_t j = 0; j < count; j++)
+			s->regions->label[part[j]] = label;
 	}
 	free(start);
 	free(member);

@@ -10,6 +10,7 @@
 
 #define COST_MOST 25.0  /* a triangle that does not fit at all */
 #define COST_FREE 6.0   /* a triangle of a free region: between "fits badly" and "does not fit" */
+#define COST_FITTING 9.0 /* vertices within the tolerance, normals about */
 #define ABSORB_PASSES 12
 #define UNITE_PASSES 6
 
@@ -141,7 +142,10 @@ static double mean_misfit(const struct regions *r, const struct tidy_options *o,
 	return area > 0 ? sum / area : 0;
 }
 
-static bool is_small(const struct regions *r, const struct tidy_options *o, idx_t region, const idx_t *part, size_t count)
+enum smallness { NOT_SMALL, SMALL_IF_FITTING, SMALL };
+
+/* Small regions are absorbed whatever fits; small patches of a surface only where the neighbour explains them as well. */
+static enum smallness smallness(const struct regions *r, const struct tidy_options *o, idx_t region, const idx_t *part, size_t count)
 {
 	const struct facets *f = r->facets;
 	double area = 0, perimeter = 0, edges = 0;
@@ -155,12 +159,12 @@ static bool is_small(const struct regions *r, const struct tidy_options *o, idx_
 		}
 	}
 	const bool is_free = r->patch[region].kind == PATCH_FREE;
-	if (area < o->least_area && (is_free || o->is_noisy))
-		return true;
-	if (is_free && count <= 3)
-		return true;
-	/* strips of one triangle's width */
-	return (o->is_noisy || is_free) && 2 * area < 1.2 * perimeter * edges / (3 * (double)count);
+	const bool is_strip = 2 * area < 1.2 * perimeter * edges / (3 * (double)count);
+	if (is_free)
+		return area < o->least_area || count <= 3 || is_strip ? SMALL : NOT_SMALL;
+	if (o->is_noisy && o->is_dense && (is_strip || area < o->least_area))
+		return SMALL;
+	return area < o->least_area || is_strip ? SMALL_IF_FITTING : NOT_SMALL;
 }
 
 size_t tidy_absorb(struct regions *r, const struct tidy_options *o)
@@ -174,14 +178,16 @@ size_t tidy_absorb(struct regions *r, const struct tidy_options *o)
 		const size_t borders = regions_borders(r, &border);
 		struct small_region *small = mem_array(r->count, sizeof *small);
 		idx_t *into = mem_array(r->count, sizeof *into);
-		double *best = mem_array(r->count, sizeof *best);
+		double *best = mem_array(r->count, sizeof *best), *most = mem_array(r->count, sizeof *most);
 		unsigned char *is_candidate = mem_array(r->count, 1), *is_touched = mem_array(r->count, 1);
 		for (size_t i = 0; i < r->count; i++) {
 			into[i] = NO_INDEX;
 			best[i] = INFINITY;
 			const size_t count = start[i + 1] - start[i];
-			if (!count || !is_small(r, o, (idx_t)i, member + start[i], count))
+			const enum smallness how = count ? smallness(r, o, (idx_t)i, member + start[i], count) : NOT_SMALL;
+			if (how == NOT_SMALL)
 				continue;
+			most[i] = how == SMALL ? INFINITY : COST_FITTING;
 			double area = 0;
 			for (size_t j = start[i]; j < start[i + 1]; j++)
 				area += r->facets->area[member[j]];
@@ -196,7 +202,7 @@ size_t tidy_absorb(struct regions *r, const struct tidy_options *o)
 					continue;
 				/* where nothing fits, the longer common border decides */
 				const double cost = mean_misfit(r, o, &r->patch[b], member + start[a], start[a + 1] - start[a]) + 1e-3 / smooth;
-				if (cost < best[a]) {
+				if (cost < best[a] && cost < most[a]) {
 					best[a] = cost;
 					into[a] = b;
 				}
@@ -220,6 +226,7 @@ size_t tidy_absorb(struct regions *r, const struct tidy_options *o)
 		free(small);
 		free(into);
 		free(best);
+		free(most);
 		free(is_candidate);
 		free(is_touched);
 		absorbed += now;

@@ -10,7 +10,8 @@ struct tidy_options {
 	double angle;            /* radians, tolerance of normals */
 	double smoothness;       /* length: how much longer a border may be for a better fit; 0 for none */
 	double least_area;       /* smaller free regions are absorbed, in a noisy mesh smaller patches of any kind */
-	bool is_noisy;           /* the mesh is a dense remeshing or a scan: strips of one triangle's width mean nothing */
+	bool is_noisy;           /* surfaces are met only roughly: small patches are more likely artefacts than details */
+	bool is_dense;           /* remeshed or scanned: strips of one triangle's width along smoothed edges mean nothing */
 };
 
 /* Connected triangles without region become free regions. */

@@ -45,7 +45,10 @@ static void report_patches(const struct regions *r, const struct primitives_repo
 		count[r->patch[i].kind]++;
 		area[r->patch[i].kind] += r->patch[i].area;
 	}
-	tool_say("noise %.3g, tolerance %.3g (model units)%s", p->noise * side, p->distance * side, p->is_noisy ? ", mesh taken as noisy" : "");
+	tool_say("noise %.3g (root mean square distance of vertices to their surfaces)", p->noise * side);
+	for (int l = 0; l < PRIMITIVES_LEVELS; l++)
+		if (p->area_share[l] > 0)
+			tool_say("tolerance %.3g: %.2f %% of the area", p->distance[l] * side, 100 * p->area_share[l]);
 	for (int k = 0; k < PATCH_KIND_COUNT; k++)
 		if (count[k])
 			tool_say("%zu %s, %.2f %% of the area", count[k], primitive_kind_name[k], 100 * area[k] / r->facets->total_area);
@@ -91,7 +94,10 @@ int main(int argc, char **argv)
 	regions_free(&regions);
 	facets_free(&facets);
 	dense_free(&dense);
-	tool_write_ply(&ply, &opt.common, SCHEMA, "tolerance=%.6g amin=%.6g", report.distance * side, opt.least_share);
+	if (opt.tolerance.value > 0)
+		tool_write_ply(&ply, &opt.common, SCHEMA, "tolerance=%.6g amin=%.6g", primitives.distance * side, opt.least_share);
+	else
+		tool_write_ply(&ply, &opt.common, SCHEMA, "tolerance=auto amin=%.6g", opt.least_share);
 	ply_free(&ply);
 	return EX_DONE;
 }

@@ -1,20 +1,24 @@
-/* Partition by analytic surfaces: noise, search, borders, remains. */
+/* Partition by analytic surfaces: search, borders, remains, at the tolerance that explains each part best. */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "formats/memory.h"
 #include "stages/segment/primitive_search.h"
 #include "stages/segment/region_tidy.h"
 #include "stages/segment/segment_primitives.h"
-#include "stages/segment/surface_noise.h"
 
-#define EXACT_DISTANCE 5e-5   /* single precision of STL files and their modellers' own tolerances */
-#define NOISY_DISTANCE 2e-4   /* from here on a mesh counts as remeshed or scanned */
-#define DISTANCE_MOST 2e-3
-#define NOISE_FACTOR 5.0      /* tolerance over typical distance */
-#define ANGLE_TOLERANCE 0.05  /* radians: 3 degrees */
+/* Tolerances, longest side 1: single precision of STL files and the modellers' own; decimated and subdivided meshes;
+ * remeshed ones; scans. A wider one is taken for a smooth part when it lowers the cost of the description by the factor. */
+static const double level_distance[PRIMITIVES_LEVELS] = {5e-5, 2e-4, 8e-4, 2e-3};
+static const double level_gain[PRIMITIVES_LEVELS] = {1, 0.8, 0.65, 0.5};
+#define NOISY_DISTANCE 1.5e-4
+#define ANGLE_TOLERANCE 0.05   /* radians: 3 degrees */
+#define COST_FREE_REGION 3.0   /* in patches of an analytic surface */
+#define COST_FREE_AREA 60.0    /* the same for a whole mesh without explanation */
+#define CLEAN_COST 4.0         /* a part so cheap needs no other tolerance */
 
-static double median_length(const struct facets *f)
+static double mean_length(const struct facets *f)
 {
 	double sum = 0;
 	for (size_t h = 0; h < 3 * f->triangle_count; h++)
@@ -22,25 +26,44 @@ static double median_length(const struct facets *f)
 	return f->triangle_count ? sum / (3 * (double)f->triangle_count) : 0;
 }
 
-void segment_primitives(struct regions *r, const struct primitives_options *options, struct primitives_report *report)
+/* A modeller puts no vertices inside a plane; a remesher does. Share of vertices of large flats that lie inside one. */
+static bool is_dense(const struct facets *f, const struct flats *flats)
+{
+	idx_t *of = mem_array(f->vertex_count, sizeof *of);
+	size_t inside = 0, all = 0;
+	for (size_t v = 0; v < f->vertex_count; v++)
+		of[v] = NO_INDEX;
+	/* -1 none yet, -2 several */
+	for (size_t c = 0; c < 3 * f->triangle_count; c++) {
+		const idx_t flat = flats->of[c / 3], v = f->triangle[c];
+		of[v] = of[v] == NO_INDEX || of[v] == flat ? flat : -2;
+	}
+	for (size_t v = 0; v < f->vertex_count; v++)
+		if (of[v] != NO_INDEX) {
+			all++;
+			inside += of[v] >= 0;
+		}
+	free(of);
+	/* a mesh without planes, on which nearly every triangle is a flat of its own, is dense when there are many */
+	return 5 * inside > all || (flats->count > 1000 && 2 * flats->count > f->triangle_count);
+}
+
+static void segment_at(struct regions *r, double distance, double least_share)
 {
 	const struct facets *f = r->facets;
+	const bool is_noisy = distance > NOISY_DISTANCE;
 	struct flats flats;
-	*report = (struct primitives_report){.distance = options->distance};
-	report->noise = surface_noise(f);
-	if (!(report->distance > 0))
-		report->distance = fmin(DISTANCE_MOST, fmax(EXACT_DISTANCE, NOISE_FACTOR * report->noise));
-	report->is_noisy = report->noise * NOISE_FACTOR >= NOISY_DISTANCE;
-	flats_build(&flats, f, fmin(0.2 * report->distance, 2e-5), 0.01);
+	flats_build(&flats, f, fmin(0.2 * distance, 2e-5), 0.01);
 	const struct search_options search = {
-		.distance = report->distance, .angle = ANGLE_TOLERANCE,
-		.least_area = report->is_noisy ? options->least_area * f->total_area : 0,
+		.distance = distance, .angle = ANGLE_TOLERANCE,
+		.least_area = is_noisy ? least_share * f->total_area : 0,
 		.work_most = 20000000 + 100 * f->triangle_count,
 	};
 	const struct tidy_options tidy = {
-		.distance = report->distance, .angle = ANGLE_TOLERANCE,
-		.smoothness = 0.5 * median_length(f),
-		.least_area = options->least_area * f->total_area, .is_noisy = report->is_noisy,
+		.distance = distance, .angle = ANGLE_TOLERANCE,
+		.smoothness = 0.5 * mean_length(f),
+		.least_area = least_share * f->total_area, .is_noisy = is_noisy,
+		.is_dense = is_dense(f, &flats),
 	};
 	primitive_search(r, &flats, &search);
 	tidy_free_regions(r);
@@ -52,11 +75,97 @@ void segment_primitives(struct regions *r, const struct primitives_options *opti
 	tidy_borders(r, &tidy, 20);
 	regions_split(r);
 	tidy_absorb(r, &tidy);
-	regions_renumber(r);
+	tidy_unite(r, &flats, &tidy);
 	tidy_measure(r, &flats, true);
-	double free_area = 0;
-	for (size_t i = 0; i < r->count; i++)
-		free_area += r->patch[i].kind == PATCH_FREE ? r->patch[i].area : 0;
-	report->free_share = f->total_area > 0 ? free_area / f->total_area : 0;
 	flats_free(&flats);
+}
+
+/* What the present regions of each smooth part cost. */
+static void part_costs(double *cost, const struct regions *r, const unsigned char *level, const double *distance)
+{
+	const struct facets *f = r->facets;
+	unsigned char *is_counted = mem_array(r->count, 1);
+	memset(cost, 0, f->smooth_part_count * sizeof *cost);
+	for (size_t t = 0; t < f->triangle_count; t++) {
+		const idx_t label = r->label[t];
+		const bool is_free = r->patch[label].kind == PATCH_FREE;
+		bool is_explained = !is_free;
+		for (int k = 0; k < 3 && is_explained; k++)
+			is_explained = fabs(primitive_distance(&r->patch[label], f->xyz + 3 * f->triangle[3 * t + k])) <= 2 * distance[level[f->smooth_part[t]]];
+		if (!is_explained)
+			cost[f->smooth_part[t]] += COST_FREE_AREA * f->area[t] / f->total_area;
+		if (!is_counted[label])
+			cost[f->smooth_part[t]] += is_free ? COST_FREE_REGION : 1;
+		is_counted[label] = 1;
+	}
+	free(is_counted);
+}
+
+void segment_primitives(struct regions *r, const struct primitives_options *options, struct primitives_report *report)
+{
+	const struct facets *f = r->facets;
+	double *cost = mem_array(f->smooth_part_count, sizeof *cost), *other = mem_array(f->smooth_part_count, sizeof *other);
+	unsigned char *level = mem_array(f->smooth_part_count, 1), *trial_level = mem_array(f->smooth_part_count, 1);
+	*report = (struct primitives_report){0};
+	memcpy(report->distance, level_distance, sizeof level_distance);
+	if (options->distance > 0)
+		report->distance[0] = options->distance;
+	segment_at(r, report->distance[0], options->least_area);
+	for (int l = 1; l < PRIMITIVES_LEVELS && !(options->distance > 0); l++) {
+		struct regions trial;
+		bool is_any = false;
+		part_costs(cost, r, level, report->distance);
+		regions_init(&trial, f);
+		/* parts that are cheap already take no part in the trial */
+		const struct dense_patch none = {.kind = PATCH_FREE};
+		const idx_t outside = regions_add(&trial, &none);
+		for (size_t t = 0; t < f->triangle_count; t++) {
+			const bool is_open = cost[f->smooth_part[t]] > CLEAN_COST;
+			trial.label[t] = is_open ? NO_INDEX : outside;
+			is_any = is_any || is_open;
+		}
+		if (is_any) {
+			segment_at(&trial, level_distance[l], options->least_area);
+			memset(trial_level, l, f->smooth_part_count);
+			part_costs(other, &trial, trial_level, report->distance);
+			const size_t offset = r->count;
+			for (size_t i = 0; i < trial.count; i++)
+				regions_add(r, &trial.patch[i]);
+			for (size_t t = 0; t < f->triangle_count; t++) {
+				const idx_t part = f->smooth_part[t];
+				/* levels are compared with the best so far, whatever its level */
+				if (cost[part] > CLEAN_COST && other[part] < pow(level_gain[l], l - level[part]) * cost[part])
+					r->label[t] = (idx_t)offset + trial.label[t];
+			}
+			for (size_t p = 0; p < f->smooth_part_count; p++)
+				if (cost[p] > CLEAN_COST && other[p] < pow(level_gain[l], l - level[p]) * cost[p])
+					level[p] = (unsigned char)(l | 0x80);
+			for (size_t p = 0; p < f->smooth_part_count; p++)
+				level[p] &= 0x7f;
+		}
+		regions_free(&trial);
+		regions_renumber(r);
+	}
+	regions_renumber(r);
+	double free_area = 0, squares = 0, explained = 0;
+	for (size_t t = 0; t < f->triangle_count; t++) {
+		const struct dense_patch *p = &r->patch[r->label[t]];
+		const double share = f->area[t] / f->total_area;
+		report->area_share[level[f->smooth_part[t]]] += share;
+		if (p->kind == PATCH_FREE) {
+			free_area += share;
+			continue;
+		}
+		for (int k = 0; k < 3; k++) {
+			const double d = primitive_distance(p, f->xyz + 3 * f->triangle[3 * t + k]);
+			squares += d * d;
+		}
+		explained += 3;
+	}
+	report->free_share = free_area;
+	report->noise = explained > 0 ? sqrt(squares / explained) : 0;
+	free(cost);
+	free(other);
+	free(level);
+	free(trial_level);
 }

@@ -5,14 +5,15 @@
 #include "stages/segment/regions.h"
 
 struct primitives_options {
-	double distance;         /* tolerance, longest side 1; 0: from the noise of the mesh */
+	double distance;         /* tolerance, longest side 1; 0: chosen for each smooth part of the mesh */
 	double least_area;       /* share of the whole: free regions (noisy meshes: all regions) below it are absorbed */
 };
 
+#define PRIMITIVES_LEVELS 4
 struct primitives_report {
-	double noise;            /* typical distance of a vertex to the surface that explains it, longest side 1 */
-	double distance;         /* tolerance that was used */
-	bool is_noisy;
+	double distance[PRIMITIVES_LEVELS]; /* tolerances that were tried */
+	double area_share[PRIMITIVES_LEVELS]; /* of the mesh that took each */
+	double noise;            /* root mean square distance of vertices to the surfaces that explain them, longest side 1 */
 	double free_share;       /* of the area: not explained */
 };
 
