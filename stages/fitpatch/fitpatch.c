@@ -7,6 +7,7 @@
 
 #include "formats/mesh.h"
 #include "stages/fitpatch/anchor.h"
+#include "stages/fitpatch/enrich.h"
 #include "stages/fitpatch/joint.h"
 #include "stages/fitpatch/layout.h"
 #include "stages/fitpatch/local.h"
@@ -69,6 +70,46 @@ static int parse_options(struct options *options, int argc, char **argv)
 	return first;
 }
 
+struct bounds {
+	double max, mean; /* model units */
+};
+
+/* Fit, measure, and give more points to the patches that are out of bounds, until none is or the rounds are over. */
+static bool fit_rounds(struct draft *draft, struct patch_error *error, const struct target *target, const struct joint_options *joint,
+                       const struct bounds *bounds, int rounds, struct fault *fault)
+{
+	const struct dense *dense = target->dense;
+	unsigned char *want = mem_array(dense->patch_count, 1);
+	bool good = false;
+	for (int round = 0;; round++) {
+		double *face_error = mem_array(draft->polygons.count, sizeof *face_error);
+		good = joint_fit(draft, target, joint, fault) && joint_measure(error, face_error, dense->patch_count, draft, target, fault);
+		if (!good) {
+			free(face_error);
+			break;
+		}
+		double sum = 0, area = 0, worst = 0;
+		for (size_t p = 0; p < dense->patch_count; p++) {
+			sum += error[p].mean * dense->patch[p].area, area += dense->patch[p].area;
+			worst = fmax(worst, error[p].max);
+		}
+		const double mean = area > 0 ? sum / area : 0;
+		tool_say("round %d: %zu faces, mean %.4g, max %.4g (bounds %.4g, %.4g)", round, draft->polygons.count, mean, worst, bounds->mean, bounds->max);
+		size_t wanted = 0;
+		for (size_t p = 0; p < dense->patch_count; p++) {
+			want[p] = error[p].max > bounds->max || (mean > bounds->mean && error[p].mean > bounds->mean);
+			wanted += want[p];
+		}
+		const size_t steps = wanted && round < rounds ? enrich(draft, target, error, face_error, want, bounds->max) : 0;
+		free(face_error);
+		if (steps == 0)
+			break;
+		tool_say("%zu patches out of bounds, %zu refinements", wanted, steps);
+	}
+	free(want);
+	return good;
+}
+
 int main(int argc, char **argv)
 {
 	tool_init("fitpatch");
@@ -128,13 +169,12 @@ int main(int argc, char **argv)
 	const struct target target = {&dense, nearest, &border, sample, sample_triangle, SAMPLES};
 	const struct joint_options joint = {options.iterations, options.level, options.variant};
 	struct patch_error *error = mem_array(dense.patch_count, sizeof *error);
-	if (!joint_fit(&draft, &target, &joint, &fault) || !joint_measure(error, NULL, dense.patch_count, &draft, &target, &fault))
+	const struct bounds bounds = {max, mean};
+	if (!fit_rounds(&draft, error, &target, &joint, &bounds, options.rounds, &fault))
 		tool_fail(&fault);
 	for (size_t p = 0; p < dense.patch_count; p++)
 		tool_say("patch %zu kind %d: mean %.3g%% max %.3g%% of the longest side, normals %.2f degrees", p, dense.patch[p].kind, 100 * error[p].mean / side,
 		         100 * error[p].max / side, error[p].normal_deg);
-	(void)mean;
-
 	local_to_ply(&document, &draft);
 	tool_write_ply(&document, &options.common, SCHEMA, "level=%d iter=%d sd=%s", options.level, options.iterations, options.variant_name);
 	return EX_DONE;
