@@ -1,0 +1,719 @@
+/* Fit of one subdivision curve to one polyline by squared-distance minimisation.
+ *
+ * Wang, Pottmann and Liu, Fitting B-spline curves to point clouds by curvature-based squared distance minimization (2006),
+ * with clamped weights, and uniform knots because subdivision knows no others. */
+#include "stages/fitcurves/curvefit.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "formats/memory.h"
+#include "stages/geometry/curve.h"
+#include "stages/geometry/sqdist.h"
+#include "stages/geometry/vector.h"
+
+/* Samples of a span between two knots: level 4 of subdivision. */
+#define SPAN_SAMPLES 16
+#define ITERATIONS 5
+#define REMOVAL_ITERATIONS 3
+/* Spans at the ends of an open curve over the others: an arc that must start without curvature needs its first knot early
+ * (table 4.5 is reached so; even spans leave up to three times as much). */
+#define END_SPAN 0.5
+/* Proximal weight over the mean diagonal of the normal equations, its growth when a step fails, and how often. */
+#define PROXIMAL 1e-3
+#define PROXIMAL_GROWTH 10
+#define PROXIMAL_TRIALS 4
+/* Spread knots with up to this many points are tried before the curvature maxima are. */
+#define MOST_SPREAD 14
+/* Insertion gives up when this many new points brought less than a twentieth. */
+#define PATIENCE 6
+/* Resampled points behind curvature profiles. */
+#define PROFILE_LEAST 32
+#define PROFILE_MOST 2048
+#define PROFILE_REACH 2
+
+/* --- curvature profile ------------------------------------------------------------------------------------------- */
+
+struct profile {
+	size_t count;      /* cells of equal arc length */
+	double step;
+	double *curvature; /* of each cell, smoothed over PROFILE_REACH cells both ways */
+	double turning;    /* total, radians */
+};
+
+static void profile_init(struct profile *profile, const struct polyline *line, double side)
+{
+	const double edge = line->length / (double)line->segment_count;
+	const double step = fmax(0.002 * side, edge / 2);
+	size_t n = (size_t)fmin(ceil(line->length / step), PROFILE_MOST);
+	if (n < PROFILE_LEAST)
+		n = PROFILE_LEAST;
+	profile->count = n;
+	profile->step = line->length / (double)n;
+	profile->curvature = mem_array(n, sizeof *profile->curvature);
+	profile->turning = 0;
+	/* Chords that are shorter than the mesh edges see spikes at the vertices and nothing between them. */
+	const double reach = PROFILE_REACH * fmax(profile->step, edge / 2);
+	for (size_t i = 0; i < n; i++) {
+		const double arc = ((double)i + 0.5) * profile->step;
+		double low = arc - reach, high = arc + reach, middle = arc;
+		if (!line->closed) { /* one-sided at the ends */
+			if (low < 0)
+				low = 0, high = fmin(2 * reach, line->length), middle = high / 2;
+			else if (high > line->length)
+				high = line->length, low = fmax(0, high - 2 * reach), middle = (low + high) / 2;
+		}
+		double p[3], q[3], r[3], u[3], v[3];
+		polyline_at(p, line, low);
+		polyline_at(q, line, middle);
+		polyline_at(r, line, high);
+		sub3(u, q, p);
+		sub3(v, r, q);
+		profile->curvature[i] = norm3(u) > 0 && norm3(v) > 0 ? angle3(u, v) / ((high - low) / 2) : 0;
+		profile->turning += profile->curvature[i] * profile->step;
+	}
+}
+
+/* Cumulative measure of cells in which knots are spread evenly: the error of a cubic falls with the fourth power of the knot
+ * distance, so bent parts need more, but only by a root; straight parts keep a share. */
+static double *profile_measure(const struct profile *profile)
+{
+	double *measure = mem_array(profile->count + 1, sizeof *measure), mean = 0;
+	for (size_t i = 0; i < profile->count; i++)
+		mean += sqrt(profile->curvature[i]) / (double)profile->count;
+	/* a tenth of a radian over the whole length: below that, curvature is rounding */
+	const double floor_density = mean / 2 + sqrt(0.1 / (profile->step * (double)profile->count));
+	for (size_t i = 0; i < profile->count; i++)
+		measure[i + 1] = measure[i] + (sqrt(profile->curvature[i]) + floor_density) * profile->step;
+	return measure;
+}
+
+static double measure_to_arc(const struct profile *profile, const double *measure, double value)
+{
+	size_t low = 0, high = profile->count;
+	while (high - low > 1) {
+		const size_t middle = (low + high) / 2;
+		if (measure[middle] <= value)
+			low = middle;
+		else
+			high = middle;
+	}
+	return ((double)low + (value - measure[low]) / (measure[low + 1] - measure[low])) * profile->step;
+}
+
+/* Arc lengths of count knots, evenly by measure. */
+static void spread_knots(double *arc, const struct polyline *line, const struct curvefit_options *options, size_t count)
+{
+	struct profile profile;
+	profile_init(&profile, line, options->side);
+	double *measure = profile_measure(&profile);
+	const double total = measure[profile.count];
+	const double before = line->closed ? 0 : 1 - END_SPAN, spans = (double)count - (line->closed ? 0 : 1 + 2 * before);
+	for (size_t i = 0; i < count; i++)
+		arc[i] = measure_to_arc(&profile, measure, fmin(fmax(((double)i - before) * total / spans, 0), total));
+	if (!line->closed)
+		arc[0] = 0, arc[count - 1] = line->length;
+	free(measure), free(profile.curvature);
+}
+
+static int compare_doubles(const void *a, const void *b)
+{
+	const double x = *(const double *)a, y = *(const double *)b;
+	return (x > y) - (x < y);
+}
+
+/* The seed's start: knots at the maxima of curvature, then in the largest gaps of the measure until there are enough.
+ * Returns their number; arc has room for CURVEFIT_MOST_POINTS. */
+static size_t initial_knots(double *arc, const struct polyline *line, struct curvefit_options options)
+{
+	struct profile profile;
+	profile_init(&profile, line, options.side);
+	double *measure = profile_measure(&profile), *knot = mem_array(CURVEFIT_MOST_POINTS + 2, sizeof *knot);
+	const size_t n = profile.count;
+	const double total = measure[n];
+	size_t count = 0, want;
+	if (line->closed) {
+		want = (size_t)fmin(ceil(pow(2.3 * line->length / (2 * PI) / options.max, 0.25)), 24);
+		if (want < 4)
+			want = 4;
+	} else {
+		knot[count++] = 0;
+		knot[count++] = total;
+		const double steps = ceil(profile.turning / (PI / 3));
+		want = 2 + (profile.turning < 15 / DEGREES || steps < 2 ? 1 : (size_t)fmin(steps, 40) - 1);
+	}
+	double highest = 0;
+	for (size_t i = 0; i < n; i++)
+		highest = fmax(highest, profile.curvature[i]);
+	for (size_t i = 0; i < n && count < CURVEFIT_MOST_POINTS / 4; i++) {
+		const double k = profile.curvature[i];
+		if (k == 0 || (!line->closed && (i < PROFILE_REACH || i + PROFILE_REACH >= n)))
+			continue;
+		/* a maximum is prominent when the profile falls by a fifth of the highest on both sides before it rises above */
+		bool is_top = true;
+		for (int side = 0; side < 2 && is_top; side++) {
+			bool falls = false;
+			for (size_t step = 1; step < n && is_top && !falls; step++) {
+				if (!line->closed && (side ? i + step >= n : step > i))
+					break;
+				const double other = profile.curvature[side ? (i + step) % n : (i + n - step) % n];
+				falls = other < k - 0.2 * highest;
+				is_top = side ? other <= k : other < k; /* of equals the first */
+			}
+			is_top = is_top && falls;
+		}
+		if (is_top)
+			knot[count++] = (measure[i] + measure[i + 1]) / 2;
+	}
+	if (count == 0)
+		knot[count++] = 0;
+	qsort(knot, count, sizeof *knot, compare_doubles);
+	while (count < want) {
+		size_t at = 0;
+		double widest = -1;
+		for (size_t i = 0; i + 1 < count || (line->closed && i < count); i++) {
+			const double gap = i + 1 < count ? knot[i + 1] - knot[i] : knot[0] + total - knot[i];
+			if (gap > widest * (1 + 1e-9))
+				widest = gap, at = i;
+		}
+		double value = knot[at] + widest / 2;
+		if (value >= total && line->closed)
+			value -= total;
+		knot[count++] = value;
+		qsort(knot, count, sizeof *knot, compare_doubles);
+	}
+	for (size_t i = 0; i < count; i++)
+		arc[i] = measure_to_arc(&profile, measure, knot[i]);
+	if (!line->closed)
+		arc[0] = 0, arc[count - 1] = line->length;
+	free(measure), free(profile.curvature), free(knot);
+	return count;
+}
+
+/* --- state of a fit ---------------------------------------------------------------------------------------------- */
+
+static void fit_alloc(struct curvefit *fit, size_t count, bool closed)
+{
+	*fit = (struct curvefit){.count = count, .closed = closed};
+	fit->xyz = mem_array(3 * count, sizeof *fit->xyz);
+	fit->arc = mem_array(count, sizeof *fit->arc);
+}
+
+void curvefit_free(struct curvefit *fit)
+{
+	free(fit->xyz), free(fit->arc);
+	*fit = (struct curvefit){0};
+}
+
+static void fit_copy(struct curvefit *to, const struct curvefit *from)
+{
+	double *xyz = mem_copy(from->xyz, 3 * from->count, sizeof *xyz), *arc = mem_copy(from->arc, from->count, sizeof *arc);
+	curvefit_free(to);
+	*to = *from;
+	to->xyz = xyz, to->arc = arc;
+}
+
+static void fit_move(struct curvefit *to, struct curvefit *from)
+{
+	curvefit_free(to);
+	*to = *from;
+	*from = (struct curvefit){0};
+}
+
+/* Control points whose limits are the polyline's points at the knots' arcs. Gauss and Seidel's iteration gains a bit a
+ * round: each row has 4 on the diagonal and 2 beside it. */
+static void interpolate(struct curvefit *fit, const struct polyline *line)
+{
+	const size_t n = fit->count;
+	double *limit = mem_array(3 * n, sizeof *limit);
+	for (size_t i = 0; i < n; i++)
+		polyline_at(limit + 3 * i, line, fit->arc[i]);
+	memcpy(fit->xyz, limit, 3 * n * sizeof *limit);
+	for (int round = 0; round < 50; round++)
+		for (size_t i = fit->closed ? 0 : 1; i < (fit->closed ? n : n - 1); i++)
+			for (size_t k = 0; k < 3; k++)
+				fit->xyz[3 * i + k] = (6 * limit[3 * i + k] - fit->xyz[3 * ((i + n - 1) % n) + k] - fit->xyz[3 * ((i + 1) % n) + k]) / 4;
+	free(limit);
+}
+
+/* Arc length at the end of span i. */
+static double span_end(const struct curvefit *fit, const struct polyline *line, size_t i)
+{
+	return i + 1 < fit->count ? fit->arc[i + 1] : fit->arc[0] + line->length;
+}
+
+struct sample {
+	double u, point[3], weight;
+	struct polyline_foot foot;
+	bool reverse; /* from a vertex of the target to the curve: foot.point is the vertex */
+};
+
+struct samples {
+	struct sample *sample;
+	size_t count, forward_count;
+	double energy;
+};
+
+static double allowed_max(const struct polyline *line, const struct curvefit_options *options, size_t segment)
+{
+	return fmax(options->max, line->slack[segment]);
+}
+
+/* Nearest point of the sampled curve to target vertex v, among the spans around its arc length. */
+static double reverse_distance(double *u, double point[3], const struct curvefit *fit, const struct polyline *line, const struct sample *forward, size_t spans, size_t v)
+{
+	double arc = line->arc[v];
+	if (fit->closed && arc < fit->arc[0])
+		arc += line->length;
+	size_t low = 0, high = spans;
+	while (high - low > 1) {
+		const size_t middle = (low + high) / 2;
+		if (fit->arc[middle] <= arc)
+			low = middle;
+		else
+			high = middle;
+	}
+	const size_t all = spans * SPAN_SAMPLES, steps = spans < 3 ? all : 3 * SPAN_SAMPLES;
+	size_t at = low * SPAN_SAMPLES;
+	if (fit->closed)
+		at = spans < 3 ? 0 : (at + all - SPAN_SAMPLES) % all;
+	else
+		at = low > 0 ? at - SPAN_SAMPLES : 0;
+	double best = INFINITY, along[3] = {0};
+	const double *p = line->xyz + 3 * v;
+	for (size_t k = 0; k < steps; k++, at++) {
+		if (at == all) {
+			if (!fit->closed)
+				break;
+			at = 0;
+		}
+		const struct sample *a = forward + at, *b = forward + (fit->closed ? (at + 1) % all : at + 1);
+		double d[3], w[3];
+		sub3(d, b->point, a->point);
+		sub3(w, p, a->point);
+		const double length2 = dot3(d, d);
+		const double t = length2 > 0 ? fmin(fmax(dot3(d, w) / length2, 0), 1) : 0;
+		add_scaled3(w, -t, d);
+		if (dot3(w, w) < best) {
+			best = dot3(w, w);
+			*u = a->u + t / SPAN_SAMPLES;
+			copy3(along, d);
+		}
+	}
+	/* To the curve itself, which a chord is not; speed varies along it, so what is left along the chord does not count. */
+	double w[3];
+	curve_point(point, fit->xyz, fit->count, fit->closed, *u);
+	sub3(w, point, p);
+	normalise3(along);
+	add_scaled3(w, -dot3(w, along), along);
+	return norm3(w);
+}
+
+/* Samples of the curve with foot points, target vertices with theirs; fills the fit's errors. */
+static void take_samples(struct samples *s, struct curvefit *fit, const struct polyline *line, const struct curvefit_options *options)
+{
+	const size_t n = fit->count, spans = fit->closed ? n : n - 1;
+	s->forward_count = spans * SPAN_SAMPLES + !fit->closed;
+	s->count = s->forward_count;
+	s->energy = 0;
+	for (size_t k = 0; k < s->forward_count; k++) {
+		struct sample *sample = s->sample + k;
+		size_t span = k / SPAN_SAMPLES;
+		if (span == spans)
+			span--;
+		sample->u = (double)k / SPAN_SAMPLES;
+		sample->reverse = false;
+		curve_point(sample->point, fit->xyz, n, fit->closed, sample->u);
+		const double from = fit->arc[span], to = span_end(fit, line, span);
+		double margin = (to - from) / 2 + 0.01 * line->length;
+		if (fit->closed)
+			margin = fmin(margin, fmax(0, 0.95 * line->length - (to - from)) / 2);
+		sample->foot = polyline_nearest(line, sample->point, from - margin, to + margin);
+	}
+	double sum = 0, allowed = 0, total = 0;
+	fit->error = 0;
+	double worst = 0;
+	for (size_t k = 0; k < s->forward_count; k++) {
+		struct sample *sample = s->sample + k;
+		const size_t before = k > 0 ? k - 1 : fit->closed ? s->forward_count - 1 : 0;
+		const size_t after = k + 1 < s->forward_count ? k + 1 : fit->closed ? 0 : k;
+		sample->weight = (distance3(sample->point, s->sample[before].point) + distance3(sample->point, s->sample[after].point)) / 2;
+		const double d = sample->foot.distance, most = allowed_max(line, options, sample->foot.segment);
+		sum += sample->weight * d;
+		allowed += sample->weight * fmax(options->mean, line->slack[sample->foot.segment] / 2);
+		total += sample->weight;
+		s->energy += sample->weight * d * d;
+		fit->error = fmax(fit->error, d);
+		if (d / most > worst)
+			worst = d / most, fit->worst_arc = sample->foot.arc;
+	}
+	for (size_t v = 0; v < line->count; v++) {
+		if (!fit->closed && (v == 0 || v + 1 == line->count))
+			continue;
+		double u = 0, point[3] = {0};
+		const double d = reverse_distance(&u, point, fit, line, s->sample, spans, v);
+		const size_t segment = v < line->segment_count ? v : v - 1, other = v > 0 ? v - 1 : line->segment_count - 1;
+		const double most = fmax(allowed_max(line, options, segment), allowed_max(line, options, other));
+		const double weight = (line->arc[segment + 1] - line->arc[segment] + line->arc[other + 1] - line->arc[other]) / 2;
+		fit->error = fmax(fit->error, d);
+		s->energy += weight * d * d;
+		if (d / most > worst)
+			worst = d / most, fit->worst_arc = line->arc[v];
+		if (d > 0.7 * most) { /* cut corners pull; where the curve runs well, its own samples say all */
+			struct sample *sample = s->sample + s->count++;
+			*sample = (struct sample){.u = u, .weight = weight, .reverse = true};
+			copy3(sample->point, point);
+			copy3(sample->foot.point, line->xyz + 3 * v);
+			copy3(sample->foot.tangent, line->tangent + 3 * v);
+		}
+	}
+	fit->mean = total > 0 ? sum / total : 0;
+	fit->ratio = fmax(worst, allowed > 0 ? sum / allowed : 0);
+}
+
+static struct samples samples_new(const struct curvefit *fit, const struct polyline *line)
+{
+	return (struct samples){.sample = mem_array(fit->count * SPAN_SAMPLES + 1 + line->count, sizeof(struct sample))};
+}
+
+/* Let the knots' arcs follow their foot points, as long as they stay in order. */
+static void follow_knots(struct curvefit *fit, const struct polyline *line, const struct samples *s)
+{
+	const size_t n = fit->count;
+	double *arc = mem_array(n, sizeof *arc);
+	bool ordered = true;
+	for (size_t i = 0; i < n; i++) {
+		arc[i] = s->sample[i * SPAN_SAMPLES].foot.arc;
+		if (fit->closed)
+			arc[i] += line->length * round((fit->arc[i] - arc[i]) / line->length);
+		if (i > 0 && arc[i] <= arc[i - 1])
+			ordered = false;
+	}
+	if (!fit->closed)
+		arc[0] = 0, arc[n - 1] = line->length;
+	else if (arc[n - 1] >= arc[0] + line->length)
+		ordered = false;
+	if (ordered && (n < 2 || (arc[1] > arc[0] && arc[n - 1] > arc[n - 2])))
+		memcpy(fit->arc, arc, n * sizeof *arc);
+	free(arc);
+}
+
+/* --- normal equations -------------------------------------------------------------------------------------------- */
+
+/* Lower triangle, rows start at their first entry that may differ from 0 (envelope); Cholesky keeps the envelope. */
+struct system {
+	size_t size;   /* 3 a free point */
+	double *a, *b; /* size * size, size */
+	size_t *first;
+};
+
+static bool cholesky_solve(struct system *sys)
+{
+	const size_t m = sys->size;
+	for (size_t r = 0; r < m; r++) {
+		double *row = sys->a + r * m;
+		for (size_t c = sys->first[r]; c <= r; c++) {
+			const double *other = sys->a + c * m;
+			double sum = row[c];
+			for (size_t k = sys->first[r] > sys->first[c] ? sys->first[r] : sys->first[c]; k < c; k++)
+				sum -= row[k] * other[k];
+			if (c < r)
+				row[c] = sum / other[c];
+			else if (sum > 0)
+				row[c] = sqrt(sum);
+			else
+				return false;
+		}
+	}
+	for (size_t r = 0; r < m; r++) {
+		for (size_t k = sys->first[r]; k < r; k++)
+			sys->b[r] -= sys->a[r * m + k] * sys->b[k];
+		sys->b[r] /= sys->a[r * m + r];
+	}
+	for (size_t r = m; r-- > 0;) {
+		sys->b[r] /= sys->a[r * m + r];
+		for (size_t k = sys->first[r]; k < r; k++)
+			sys->b[k] -= sys->a[r * m + k] * sys->b[r];
+	}
+	return true;
+}
+
+/* One step of the minimisation from the sampled state; false when the matrix is not positive definite. */
+static bool step(double *xyz_out, const struct curvefit *fit, const struct samples *s, double proximal)
+{
+	const size_t n = fit->count, offset = fit->closed ? 0 : 1, free_count = fit->closed ? n : n - 2, m = 3 * free_count;
+	static const size_t packed[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+	struct system sys = {.size = m, .a = mem_array(m * m, sizeof(double)), .b = mem_array(m, sizeof(double)), .first = mem_array(m, sizeof(size_t))};
+	for (size_t r = 0; r < m; r++) {
+		const size_t block = r / 3;
+		sys.first[r] = block < 3 || (fit->closed && block + 3 >= n) ? 0 : 3 * (block - 3);
+	}
+	for (size_t k = 0; k < s->count; k++) {
+		const struct sample *sample = s->sample + k;
+		size_t index[4];
+		double coefficient[4], metric[6], delta[3], target[3];
+		const size_t used = curve_row(index, coefficient, n, fit->closed, sample->u);
+		sub3(delta, sample->point, sample->foot.point);
+		sqdist_curve(metric, sample->foot.tangent, sample->foot.curvature, delta, SQDIST_SIDED);
+		copy3(target, sample->foot.point);
+		for (size_t i = 0; i < used; i++)
+			if (index[i] < offset || index[i] >= offset + free_count)
+				add_scaled3(target, -coefficient[i], fit->xyz + 3 * index[i]);
+		for (size_t i = 0; i < used; i++) {
+			if (index[i] < offset || index[i] >= offset + free_count)
+				continue;
+			const size_t row = 3 * (index[i] - offset);
+			for (size_t c = 0; c < 3; c++) {
+				double *b = sys.b + row + c;
+				for (size_t d = 0; d < 3; d++)
+					*b += sample->weight * coefficient[i] * metric[packed[c][d]] * target[d];
+				for (size_t j = 0; j < used; j++) {
+					if (index[j] < offset || index[j] >= offset + free_count || index[j] > index[i])
+						continue;
+					const size_t column = 3 * (index[j] - offset);
+					for (size_t d = 0; d < (j == i ? c + 1 : 3); d++)
+						sys.a[(row + c) * m + column + d] += sample->weight * coefficient[i] * coefficient[j] * metric[packed[c][d]];
+				}
+			}
+		}
+	}
+	double trace = 0;
+	for (size_t r = 0; r < m; r++)
+		trace += sys.a[r * m + r];
+	const double weight = proximal * trace / (double)m;
+	for (size_t r = 0; r < m; r++) {
+		sys.a[r * m + r] += weight;
+		sys.b[r] += weight * fit->xyz[3 * offset + r];
+	}
+	const bool ok = cholesky_solve(&sys);
+	if (ok) {
+		memcpy(xyz_out, fit->xyz, 3 * n * sizeof *xyz_out);
+		memcpy(xyz_out + 3 * offset, sys.b, m * sizeof *xyz_out);
+	}
+	free(sys.a), free(sys.b), free(sys.first);
+	return ok;
+}
+
+/* Iterate from the fit's points; leaves the best state by ratio. */
+static void optimise(struct curvefit *fit, const struct polyline *line, const struct curvefit_options *options, int iterations)
+{
+	struct samples now = samples_new(fit, line), next = samples_new(fit, line);
+	take_samples(&now, fit, line, options);
+	if (!fit->closed && fit->count < 3)
+		iterations = 0;
+	struct curvefit best = {0}, trial = {0};
+	fit_copy(&best, fit);
+	double proximal = PROXIMAL;
+	for (int i = 0; i < iterations; i++) {
+		bool better = false;
+		const double energy = now.energy;
+		for (int k = 0; k < PROXIMAL_TRIALS && !better; k++, proximal *= PROXIMAL_GROWTH) {
+			fit_copy(&trial, fit);
+			if (!step(trial.xyz, fit, &now, proximal))
+				continue;
+			take_samples(&next, &trial, line, options);
+			better = next.energy < energy;
+		}
+		if (!better)
+			break;
+		proximal = fmax(PROXIMAL, proximal / (PROXIMAL_GROWTH * PROXIMAL_GROWTH));
+		const struct samples old = now;
+		now = next, next = old;
+		fit_move(fit, &trial);
+		follow_knots(fit, line, &now);
+		if (fit->ratio < best.ratio)
+			fit_copy(&best, fit);
+		if (energy - now.energy < 1e-4 * energy)
+			break;
+	}
+	fit_move(fit, &best);
+	curvefit_free(&trial);
+	free(now.sample), free(next.sample);
+}
+
+void curvefit_measure(struct curvefit *fit, const struct polyline *line, struct curvefit_options options)
+{
+	struct samples s = samples_new(fit, line);
+	take_samples(&s, fit, line, &options);
+	free(s.sample);
+}
+
+/* --- strategies -------------------------------------------------------------------------------------------------- */
+
+void curvefit_from(struct curvefit *fit, const struct polyline *line, struct curvefit_options options, const double *arc, size_t count)
+{
+	fit_alloc(fit, count, line->closed);
+	memcpy(fit->arc, arc, count * sizeof *arc);
+	interpolate(fit, line);
+	optimise(fit, line, &options, ITERATIONS);
+}
+
+void curvefit_exact(struct curvefit *fit, const struct polyline *line, struct curvefit_options options, size_t count)
+{
+	double *arc = mem_array(count, sizeof *arc);
+	spread_knots(arc, line, &options, count);
+	curvefit_from(fit, line, options, arc, count);
+	free(arc);
+}
+
+/* A new knot in the span that holds arc, its control point on the segment between its neighbours. */
+static void insert_knot(struct curvefit *fit, const struct polyline *line, double arc)
+{
+	const size_t n = fit->count, spans = fit->closed ? n : n - 1;
+	if (fit->closed && arc < fit->arc[0])
+		arc += line->length;
+	size_t span = 0;
+	while (span + 1 < spans && fit->arc[span + 1] <= arc)
+		span++;
+	const double from = fit->arc[span], to = span_end(fit, line, span);
+	const double t = to > from ? fmin(fmax((arc - from) / (to - from), 0.25), 0.75) : 0.5;
+	struct curvefit more;
+	fit_alloc(&more, n + 1, fit->closed);
+	const size_t at = span + 1;
+	memcpy(more.xyz, fit->xyz, 3 * at * sizeof *more.xyz);
+	memcpy(more.xyz + 3 * (at + 1), fit->xyz + 3 * at, 3 * (n - at) * sizeof *more.xyz);
+	memcpy(more.arc, fit->arc, at * sizeof *more.arc);
+	memcpy(more.arc + at + 1, fit->arc + at, (n - at) * sizeof *more.arc);
+	for (size_t k = 0; k < 3; k++)
+		more.xyz[3 * at + k] = (1 - t) * fit->xyz[3 * span + k] + t * fit->xyz[3 * (at % n) + k];
+	more.arc[at] = (1 - t) * from + t * to;
+	fit_move(fit, &more);
+}
+
+static void remove_knot(struct curvefit *out, const struct curvefit *fit, const struct polyline *line, size_t i)
+{
+	fit_alloc(out, fit->count - 1, fit->closed);
+	for (size_t k = 0, to = 0; k < fit->count; k++)
+		if (k != i)
+			out->arc[to++] = fit->arc[k];
+	interpolate(out, line);
+}
+
+struct candidate {
+	double cost;
+	size_t knot;
+};
+
+static int compare_candidates(const void *a, const void *b)
+{
+	const struct candidate *x = a, *y = b;
+	if (x->cost != y->cost)
+		return x->cost < y->cost ? -1 : 1;
+	return (x->knot > y->knot) - (x->knot < y->knot);
+}
+
+/* Take out inner knots as long as the rest fits; those first whose control point bends the polygon's own trend least. */
+static void prune(struct curvefit *fit, const struct polyline *line, const struct curvefit_options *options)
+{
+	size_t trials = 3 * fit->count;
+	for (bool again = true; again && trials > 0;) {
+		const size_t n = fit->count, first = fit->closed ? 0 : 1, last = fit->closed ? n : n - 1;
+		if (n <= options->least_points)
+			return;
+		struct candidate *candidate = mem_array(n, sizeof *candidate);
+		size_t count = 0;
+		for (size_t i = first; i < last; i++) {
+			double p[3], limit[3];
+			const size_t before = (i + n - 1) % n, after = (i + 1) % n;
+			const double from = fit->arc[before] - (i == 0 ? line->length : 0), to = fit->arc[after] + (i + 1 == n ? line->length : 0);
+			const double t = to > from ? (fit->arc[i] - from) / (to - from) : 0.5;
+			curve_limit(limit, fit->xyz, n, fit->closed, i);
+			for (size_t k = 0; k < 3; k++)
+				p[k] = (1 - t) * fit->xyz[3 * before + k] + t * fit->xyz[3 * after + k];
+			candidate[count++] = (struct candidate){distance3(p, fit->xyz + 3 * i), i};
+		}
+		qsort(candidate, count, sizeof *candidate, compare_candidates);
+		again = false;
+		for (size_t c = 0; c < count && !again && trials > 0; c++, trials--) {
+			struct curvefit less;
+			remove_knot(&less, fit, line, candidate[c].knot);
+			optimise(&less, line, options, REMOVAL_ITERATIONS);
+			if (less.ratio <= 1) {
+				fit_move(fit, &less);
+				again = true;
+			} else {
+				curvefit_free(&less);
+			}
+		}
+		free(candidate);
+	}
+}
+
+/* From the curvature maxima, with insertion at the worst place. At most most points; false when that is not enough. */
+static bool fit_by_insertion(struct curvefit *fit, const struct polyline *line, const struct curvefit_options *options, size_t most)
+{
+	double arc[CURVEFIT_MOST_POINTS];
+	const size_t count = initial_knots(arc, line, *options);
+	fit_alloc(fit, count, line->closed);
+	memcpy(fit->arc, arc, count * sizeof *arc);
+	interpolate(fit, line);
+	optimise(fit, line, options, ITERATIONS);
+	while (fit->count < options->least_points) {
+		insert_knot(fit, line, fit->worst_arc);
+		optimise(fit, line, options, ITERATIONS);
+	}
+	struct curvefit best = {0};
+	fit_copy(&best, fit);
+	for (size_t idle = 0; fit->ratio > 1 && fit->count < most && idle < PATIENCE;) {
+		insert_knot(fit, line, fit->worst_arc);
+		optimise(fit, line, options, ITERATIONS);
+		idle++;
+		if (fit->ratio < 0.95 * best.ratio) {
+			fit_copy(&best, fit);
+			idle = 0;
+		}
+	}
+	if (fit->ratio > 1)
+		fit_move(fit, &best);
+	curvefit_free(&best);
+	return fit->ratio <= 1;
+}
+
+void curvefit_best(struct curvefit *fit, const struct polyline *line, struct curvefit_options options)
+{
+	if (options.least_points < (line->closed ? 3 : 2))
+		options.least_points = line->closed ? 3 : 2;
+	struct curvefit best = {.ratio = INFINITY};
+	for (size_t n = options.least_points; n <= MOST_SPREAD; n++) {
+		struct curvefit trial;
+		curvefit_exact(&trial, line, options, n);
+		if (trial.ratio < best.ratio)
+			fit_copy(&best, &trial);
+		curvefit_free(&trial);
+		if (best.ratio <= 1)
+			break;
+	}
+	if (best.ratio > 1 || best.count > options.least_points + 2) {
+		struct curvefit other;
+		const bool fits = fit_by_insertion(&other, line, &options, best.ratio > 1 ? CURVEFIT_MOST_POINTS : best.count + 4);
+		if (fits)
+			prune(&other, line, &options);
+		if (best.ratio > 1 ? other.ratio < best.ratio : fits && other.count < best.count)
+			fit_copy(&best, &other);
+		curvefit_free(&other);
+	}
+	*fit = best;
+}
+
+void curvefit_raise(struct curvefit *fit, const struct polyline *line, struct curvefit_options options, size_t count)
+{
+	struct curvefit even;
+	curvefit_exact(&even, line, options, count);
+	if (even.ratio > 1) {
+		struct curvefit cut = {0};
+		fit_copy(&cut, fit);
+		while (cut.count < count) {
+			size_t widest = 0;
+			for (size_t i = 1; i < (cut.closed ? cut.count : cut.count - 1); i++)
+				if (span_end(&cut, line, i) - cut.arc[i] > (span_end(&cut, line, widest) - cut.arc[widest]) * (1 + 1e-9))
+					widest = i;
+			insert_knot(&cut, line, (cut.arc[widest] + span_end(&cut, line, widest)) / 2);
+		}
+		optimise(&cut, line, &options, ITERATIONS);
+		if (cut.ratio < even.ratio)
+			fit_copy(&even, &cut);
+		curvefit_free(&cut);
+	}
+	fit_move(fit, &even);
+}

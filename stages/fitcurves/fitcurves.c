@@ -1,0 +1,118 @@
+/* fitcurves: a segmented mesh in, the network of subdivision curves along its patch borders out.
+ *
+ * Squared-distance minimisation with as few control points as the tolerance allows, see fitcurves(1) and
+ * cagewright-network(5). */
+#include <math.h>
+#include <stdlib.h>
+
+#include "formats/dense.h"
+#include "formats/network.h"
+#include "formats/number.h"
+#include "stages/fitcurves/netfit.h"
+#include "stages/geometry/border.h"
+#include "stages/tool/tool.h"
+
+#define SCHEMA 1
+/* Newest schemas of the files that are read. */
+#define KNOWN_DENSE_SCHEMA 1
+
+static const char usage[] =
+	"usage: fitcurves [-qv] [--tol length] [--mean length] [--corner degrees]\n"
+	"                 [--free-counts] [--binary] [--no-provenance]\n"
+	"                 [-o file] [file]\n";
+
+struct options {
+	struct tool_common common;
+	const char *in;
+	struct tool_length tol, mean; /* of the whole surface; curves get half of them */
+	double corner_deg;
+	bool free_counts;
+};
+
+static struct options parse_options(int argc, char **argv)
+{
+	struct options opt = {.tol = {0.4, true}, .mean = {0.1, true}, .corner_deg = 45};
+	const struct tool_option table[] = {
+		{"tol", 't', TOOL_LENGTH, &opt.tol, 0, 0},
+		{"mean", 'm', TOOL_LENGTH, &opt.mean, 0, 0},
+		{"corner", 'c', TOOL_NUMBER, &opt.corner_deg, 10, 120},
+		{"free-counts", 0, TOOL_FLAG, &opt.free_counts, 0, 0},
+		{0},
+	};
+	const int first = tool_options(argc, argv, usage, table, &opt.common, 0, 1);
+	opt.in = first < argc ? argv[first] : NULL;
+	return opt;
+}
+
+static double longest_side(const struct dense *dense)
+{
+	double side = 0;
+	for (size_t k = 0; k < 3; k++) {
+		double low = INFINITY, high = -INFINITY;
+		for (size_t v = 0; v < dense->vertex_count; v++)
+			low = fmin(low, dense->xyz[3 * v + k]), high = fmax(high, dense->xyz[3 * v + k]);
+		side = fmax(side, high - low);
+	}
+	return side;
+}
+
+/* A length option as it was given, for the header. */
+static const char *length_text(char text[NUM_TEXT_SIZE + 1], struct tool_length length)
+{
+	const size_t end = num_print(text, length.value);
+	if (length.is_percent)
+		text[end] = '%', text[end + 1] = 0;
+	return text;
+}
+
+int main(int argc, char **argv)
+{
+	tool_init("fitcurves");
+	const struct options opt = parse_options(argc, argv);
+	struct ply document;
+	struct dense dense;
+	struct fault fault = {0};
+	const char *shown;
+	tool_read_ply(&document, opt.in, &shown);
+	tool_check_schema(&document, shown, "curv", KNOWN_DENSE_SCHEMA);
+	tool_check_schema(&document, shown, "segment", KNOWN_DENSE_SCHEMA);
+	tool_check_schema(&document, shown, "rectify", KNOWN_DENSE_SCHEMA);
+	if (!dense_from_ply(&dense, &document, true, shown, &fault))
+		tool_fail(&fault);
+	struct border_options border_options = BORDER_DEFAULTS;
+	border_options.corner_deg = opt.corner_deg;
+	struct border_network border;
+	if (!border_extract(&border, &dense, border_options, &fault))
+		tool_die(fault.code, "%s: %s", shown, fault.text);
+	const double side = longest_side(&dense);
+	struct netfit_options options = {
+		.max = tool_length_in_units(opt.tol, side) / 2,
+		.mean = tool_length_in_units(opt.mean, side) / 2,
+		.free_counts = opt.free_counts,
+	};
+	struct network network;
+	struct netfit_report report;
+	netfit(&network, &report, &dense, &border, options);
+	if (report.missed > 0)
+		tool_warn("%s: %zu of %zu curves outside the tolerance, by at most %g", shown, report.missed, report.curves, report.worst);
+	tool_say("%s: %zu curves (%zu closed, %zu straight), %zu nodes, %zu control points", shown, report.curves, report.closed, report.straight,
+	         report.nodes, report.points);
+	tool_say("%s: %zu curves harmonised, %zu contracted, %zu smoothed, %zu points added, %zu interior sharp edges left out", shown, report.harmonised,
+	         report.contracted, report.jagged, report.split, border.dart_edge_count);
+	tool_say("%s: largest error %g (%.4f%% of the longest side)", shown, report.error, side > 0 ? 100 * report.error / side : 0);
+
+	ply_drop_element(&document, "face");
+	ply_drop_element(&document, "wedge");
+	ply_drop_element(&document, "edge");
+	ply_drop_element(&document, "vertex");
+	network_to_ply(&document, &network, "vertex");
+	char tol[NUM_TEXT_SIZE + 1], mean[NUM_TEXT_SIZE + 1], corner[NUM_TEXT_SIZE];
+	num_print(corner, opt.corner_deg);
+	tool_write_ply(&document, &opt.common, SCHEMA, "tol=%s mean=%s corner=%sdeg%s", length_text(tol, opt.tol), length_text(mean, opt.mean), corner,
+	               opt.free_counts ? " free-counts" : "");
+	network_free(&network);
+	border_free(&border);
+	dense_free(&dense);
+	ply_free(&document);
+	return EX_DONE;
+}
