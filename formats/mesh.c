@@ -12,6 +12,16 @@ void mesh_free(struct mesh *mesh)
 	*mesh = (struct mesh){0};
 }
 
+bool mesh_is_unwelded(const struct mesh *mesh)
+{
+	if (mesh->vertex_count != 3 * mesh->face_count || mesh->face_start[mesh->face_count] != mesh->vertex_count)
+		return false;
+	for (size_t h = 0; h < mesh->vertex_count; h++)
+		if (mesh->corner[h] != (idx_t)h)
+			return false;
+	return true;
+}
+
 double mesh_bounds(const double *xyz, size_t vertex_count, double low[3], double high[3])
 {
 	double longest = 0;

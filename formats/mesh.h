@@ -31,6 +31,9 @@ void mesh_free(struct mesh *mesh);
  * STL comes unwelded: three vertices a facet, facets in file order. */
 bool mesh_read(struct mesh *mesh, const struct input *input, struct fault *fault);
 
+/* Has every face vertices of its own, three in a row? So STL files come; the opposite of an indexed mesh. */
+bool mesh_is_unwelded(const struct mesh *mesh);
+
 /* Unite vertices at equal positions (-0 equals 0), or, with tolerance > 0, within that distance (model units; union of
  * chains). Faces keep their order and may collapse; the first vertex of a group stays where it is. Writes the new index
  * of each old vertex to map (vertex_count) when not NULL. Returns how many vertices went away. O(n log n). */
