@@ -36,6 +36,43 @@ UNITS := $(UNIT_C:tests/unit/%.c=$(BUILD)/tests/%)
 .PHONY: all
 all: $(TOOLS)
 .DELETE_ON_ERROR:
+.SECONDARY:
+
+.PHONY: help
+help:
+	@echo 'all      build every tool into $(BIN)/'
+	@echo 'deps     install the Debian packages that are missing (root, or sudo)'
+	@echo 'demo     pack a sample part; pictures of every stage in build/demo'
+	@echo 'check    every test; check-san: the readers and the decoder under sanitizers'
+	@echo 'bench    the pipeline over DATA=folder; build/bench.tsv and build/bench.html'
+	@echo 'lint     compiler warnings as errors (gcc, clang), cppcheck, manual pages'
+	@echo 'fuzz     the readers under libFuzzer, FUZZ_SECONDS each'
+	@echo 'install  into $$(DESTDIR)$(PREFIX)'
+
+# --- packages ----------------------------------------------------------------------------------------------------
+BUILD_PACKAGES = gcc g++ make libopenmesh-dev zlib1g-dev libembree-dev libsuitesparse-dev liblapacke-dev libosmesa6-dev libglu1-mesa-dev libpng-dev
+CHECK_PACKAGES = libcmocka-dev mandoc perl gzip valgrind
+LINT_PACKAGES = clang clang-tidy cppcheck clang-format
+missing_of = $(shell for p in $(1); do dpkg-query -W -f='$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || echo $$p; done)
+as_root = $(if $(filter 0,$(shell id -u)),,sudo)
+
+# deps installs what is missing and says what it does; deps-NAME are what demo, check and lint call first.
+define install_packages
+	@missing='$(strip $(1))'; test -z "$$missing" || { \
+	if ! command -v apt-get > /dev/null; then echo "make deps: not a Debian system; install: $$missing" >&2; exit 1; fi; \
+	if test -n '$(as_root)' && ! command -v sudo > /dev/null; then echo "make deps: neither root nor sudo here; as root run: apt-get install $$missing" >&2; exit 1; fi; \
+	echo "make deps: apt-get install $$missing"; \
+	$(as_root) apt-get update -q && DEBIAN_FRONTEND=noninteractive $(as_root) apt-get install -qy --no-install-recommends $$missing || \
+	{ echo "make deps: could not install: $$missing" >&2; exit 1; }; }
+endef
+.PHONY: deps deps-build deps-check deps-lint
+deps: deps-build deps-check
+deps-build:
+	$(call install_packages,$(call missing_of,$(BUILD_PACKAGES)))
+deps-check: deps-build
+	$(call install_packages,$(call missing_of,$(CHECK_PACKAGES)))
+deps-lint: deps-check
+	$(call install_packages,$(call missing_of,$(LINT_PACKAGES)))
 
 $(BUILD)/%.c.o: %.c
 	@mkdir -p $(@D)
