@@ -7,7 +7,7 @@
 
 #include "formats/mesh.h"
 #include "stages/geometry/deviation.h"
-#include "stages/geometry/surface.h"
+#include "stages/geometry/trimesh.h"
 #include "stages/tool/tool.h"
 
 struct options {
@@ -44,19 +44,19 @@ static struct options parse_options(int argc, char **argv)
 	return opt;
 }
 
-static void read_surface(struct surface *surface, const char *path)
+static void read_surface(struct trimesh *surface, const char *path)
 {
 	struct fault fault = {0};
 	struct input input;
 	struct mesh mesh;
-	if (!input_read(&input, path, &fault) || !mesh_read(&mesh, &input, &fault) || !surface_from_mesh(surface, &mesh, input.shown, &fault))
+	if (!input_read(&input, path, &fault) || !mesh_read(&mesh, &input, &fault) || !trimesh_from_mesh(surface, &mesh, input.shown, &fault))
 		tool_fail(&fault);
 	if (!(surface->area > 0) || !isfinite(surface->area))
 		tool_die(EX_BAD_INPUT, "%s: a surface %s", input.shown, surface->area > 0 ? "with an area beyond all numbers" : "without area");
 	input_free(&input);
 }
 
-static void print_surface(FILE *file, const char *name, const struct surface *surface)
+static void print_surface(FILE *file, const char *name, const struct trimesh *surface)
 {
 	fprintf(file, "%s_vertices=%zu\n", name, surface->used_count);
 	fprintf(file, "%s_faces=%zu\n", name, surface->mesh.face_count);
@@ -100,7 +100,7 @@ int main(int argc, char **argv)
 {
 	tool_init("deviate");
 	const struct options opt = parse_options(argc, argv);
-	struct surface surface[2];
+	struct trimesh surface[2];
 	struct deviation_surface measured[2];
 	for (int i = 0; i < 2; i++) {
 		read_surface(&surface[i], opt.path[i]);
@@ -129,7 +129,7 @@ int main(int argc, char **argv)
 		fprintf(output.file, "bounds=%s\n", is_over ? "exceeded" : "kept");
 	if (!output_commit(&output, &fault))
 		tool_fail(&fault);
-	surface_free(&surface[0]);
-	surface_free(&surface[1]);
+	trimesh_free(&surface[0]);
+	trimesh_free(&surface[1]);
 	return is_over ? EX_NO : EX_DONE;
 }

@@ -87,12 +87,12 @@ static struct options parse_options(int argc, char **argv)
 	return opt;
 }
 
-static void read_surface(struct surface *surface, const char *path)
+static void read_surface(struct trimesh *surface, const char *path)
 {
 	struct fault fault = {0};
 	struct input input;
 	struct mesh mesh;
-	if (!input_read(&input, path, &fault) || !mesh_read(&mesh, &input, &fault) || !surface_from_mesh(surface, &mesh, input.shown, &fault))
+	if (!input_read(&input, path, &fault) || !mesh_read(&mesh, &input, &fault) || !trimesh_from_mesh(surface, &mesh, input.shown, &fault))
 		tool_fail(&fault);
 	input_free(&input);
 }
@@ -107,7 +107,7 @@ int main(int argc, char **argv)
 	if (!input_read(&input, opt.path, &fault) || !show_file(&scene, &input, &opt.show, &fault))
 		tool_fail(&fault);
 	if (opt.against != NULL) {
-		struct surface against;
+		struct trimesh against;
 		read_surface(&against, opt.against);
 		const double side = mesh_bounds(against.mesh.xyz, against.mesh.vertex_count, NULL, NULL);
 		const double top = opt.range.value > 0 ? tool_length_in_units(opt.range, side) : 0;
@@ -117,7 +117,7 @@ int main(int argc, char **argv)
 		} else if (scene.triangle_count == 0) {
 			show_ghost(&scene, &against);
 		}
-		surface_free(&against);
+		trimesh_free(&against);
 	}
 	unsigned char *rgb;
 	if (!raster_draw(&rgb, &scene, &opt.view, &fault))

@@ -18,19 +18,19 @@ static bool show_foreign(struct scene *scene, const struct input *input, const s
 		return fault_set(fault, EX_BAD_INPUT, "%s: a plain mesh has no %s to colour by", input->shown,
 		                 options->colouring == COLOUR_PATCH ? "patches" : "curvatures");
 	struct mesh mesh;
-	struct surface surface;
-	if (!mesh_read(&mesh, input, fault) || !surface_from_mesh(&surface, &mesh, input->shown, fault))
+	struct trimesh surface;
+	if (!mesh_read(&mesh, input, fault) || !trimesh_from_mesh(&surface, &mesh, input->shown, fault))
 		return false;
 	scene_set_surface(scene, surface.mesh.xyz, surface.mesh.vertex_count, surface.triangle, surface.triangle_count, plain);
 	scene_smooth(scene, CREASE_DEG, NULL, 0);
 	scene_add_features(scene, CREASE_DEG, (struct colour){45, 48, 52}, (struct colour){10, 130, 60}, (struct colour){200, 0, 160});
 	if (options->edges)
 		scene_add_edges(scene, surface.mesh.xyz, surface.mesh.corner, surface.mesh.face_start, surface.mesh.face_count, thin, 0.7f);
-	surface_free(&surface);
+	trimesh_free(&surface);
 	return true;
 }
 
-void show_ghost(struct scene *scene, const struct surface *surface)
+void show_ghost(struct scene *scene, const struct trimesh *surface)
 {
 	static const struct colour pale = {226, 231, 236};
 	scene_set_surface(scene, surface->mesh.xyz, surface->mesh.vertex_count, surface->triangle, surface->triangle_count, pale);

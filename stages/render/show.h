@@ -7,7 +7,7 @@
 #include "formats/cage.h"
 #include "formats/input.h"
 #include "formats/ply.h"
-#include "stages/geometry/surface.h"
+#include "stages/geometry/trimesh.h"
 #include "stages/render/scene.h"
 
 enum colouring {
@@ -33,11 +33,11 @@ bool show_network(struct scene *scene, const struct ply *ply, const char *vertex
 bool show_cage(struct scene *scene, const struct cage *cage, const char *shown, const struct show_options *options, struct fault *fault);
 
 /* A pale surface behind curves: what a network was made from. */
-void show_ghost(struct scene *scene, const struct surface *surface);
+void show_ghost(struct scene *scene, const struct trimesh *surface);
 
 /* Colour the scene's surface by distance to another one, heat scale from 0 to top (model units; 0: the largest distance found both ways),
  * with a ring at the worst point of both directions; the legend is in % of the other one's longest side. Long triangles are cut
  * first, so that the inside of large flat ones shows too. Faults: a scene without triangles, a surface without size. */
-bool show_deviation(struct scene *scene, const struct surface *against, double top, struct fault *fault);
+bool show_deviation(struct scene *scene, const struct trimesh *against, double top, struct fault *fault);
 
 #endif

@@ -122,7 +122,7 @@ static size_t measure(double *distance, const double *xyz, size_t count, const s
 	return worst;
 }
 
-bool show_deviation(struct scene *scene, const struct surface *against, double top, struct fault *fault)
+bool show_deviation(struct scene *scene, const struct trimesh *against, double top, struct fault *fault)
 {
 	const double side = mesh_bounds(against->mesh.xyz, against->mesh.vertex_count, NULL, NULL);
 	if (scene->triangle_count == 0)

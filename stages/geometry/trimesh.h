@@ -1,10 +1,10 @@
-/* A mesh as a surface to be measured: triangles, and what can be counted on them. */
-#ifndef CAGEWRIGHT_SURFACE_H
-#define CAGEWRIGHT_SURFACE_H
+/* A mesh as triangles, and what can be counted on them. */
+#ifndef CAGEWRIGHT_TRIMESH_H
+#define CAGEWRIGHT_TRIMESH_H
 
 #include "formats/mesh.h"
 
-struct surface {
+struct trimesh {
 	struct mesh mesh;           /* a soup of triangles (STL) is welded at equal positions */
 	idx_t *triangle;            /* 3 a triangle, from its polygons */
 	size_t triangle_count;
@@ -16,7 +16,7 @@ struct surface {
 };
 
 /* Takes the arrays of mesh over (mesh is empty afterwards). Faults: no faces (shown names the file). O(n log n). */
-bool surface_from_mesh(struct surface *surface, struct mesh *mesh, const char *shown, struct fault *fault);
-void surface_free(struct surface *surface);
+bool trimesh_from_mesh(struct trimesh *trimesh, struct mesh *mesh, const char *shown, struct fault *fault);
+void trimesh_free(struct trimesh *trimesh);
 
 #endif
