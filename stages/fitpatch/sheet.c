@@ -226,14 +226,15 @@ static double plan_hole(struct plan *plan, const struct hole *hole, const struct
 			const size_t j = i + span;
 			plan->cost[i][j] = INFINITY;
 			plan->split[i][j] = -1;
-			/* The whole polygon's closing side is a side, unless it becomes new border. */
+			/* The whole polygon's closing side is a side; when it becomes new border it must be no edge yet, but costs nothing:
+			 * it runs along a curve. */
 			double side = 0;
-			if (span < n - 1 || hole->is_open)
+			if (span < n - 1)
 				side = diagonal_cost(sheet, cost, hole->corner[i], hole->corner[j]);
+			else if (hole->is_open && sheet_edge(sheet, hole->corner[i], hole->corner[j]) != NO_INDEX)
+				side = INFINITY;
 			if (isinf(side))
 				continue;
-			if (span == n - 1)
-				side = 0; /* new border: it has to be there whatever it costs */
 			for (size_t k = i + 1; k < j; k++) {
 				const double parts = plan->cost[i][k] + plan->cost[k][j] + side;
 				if (parts >= plan->cost[i][j])
