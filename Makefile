@@ -104,8 +104,15 @@ $(BUILD)/tests/%: $(BUILD)/tests/unit/%.c.o $(BUILD)/libstages.a $(BUILD)/libcag
 	$(CXX) $(all_ldflags) -o $@ $< $(BUILD)/libstages.a $(BUILD)/libcagewright.a -lcmocka $(LIBS)
 
 # The sample parts of the project: build/parts NAME > part.stl
-$(BUILD)/parts: $(BUILD)/tests/fixtures/parts.c.o $(BUILD)/libcagewright.a
+FIXTURE_OBJ := $(patsubst %,$(BUILD)/%.o,$(filter-out tests/fixtures/parts.c,$(wildcard tests/fixtures/*.c)))
+$(BUILD)/libfixtures.a: $(FIXTURE_OBJ)
+	rm -f $@ && $(AR) rcs $@ $^
+$(BUILD)/parts: $(BUILD)/tests/fixtures/parts.c.o $(BUILD)/libfixtures.a $(BUILD)/libcagewright.a
 	$(CXX) $(all_ldflags) -o $@ $^ $(LIBS)
+-include $(FIXTURE_OBJ:.o=.d) $(BUILD)/tests/fixtures/parts.c.d
+# Unit tests may build parts in memory (tests/fixtures/parts.h).
+$(UNITS): $(BUILD)/libfixtures.a
+$(UNITS): LIBS := $(BUILD)/libfixtures.a $(BUILD)/libcagewright.a $(LIBS)
 
 .PHONY: unit
 unit: $(UNITS)
