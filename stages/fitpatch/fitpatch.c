@@ -110,6 +110,55 @@ static bool fit_rounds(struct draft *draft, struct patch_error *error, const str
 	return good;
 }
 
+/* Curves along which two surfaces join tangentially start as creases: a smooth rule there draws a coarse cage with very unlike
+ * edge lengths far off its border. When everything fits, they are made smooth together, and those whose patches do not keep
+ * their error go back. */
+static bool relax_creases(struct draft *draft, struct patch_error *error, const unsigned char *candidate, const struct target *target,
+                          const struct joint_options *joint, const struct bounds *bounds, struct fault *fault)
+{
+	const struct dense *dense = target->dense;
+	struct network *network = &draft->network;
+	double *kept = mem_copy(draft->control.xyz, 3 * draft->control.count, sizeof *kept);
+	struct patch_error *now = mem_array(dense->patch_count, sizeof *now);
+	size_t smooth = 0;
+	for (size_t k = 0; k < network->curve_count; k++)
+		if (candidate[k])
+			network->curve[k].kind = CURVE_SMOOTH, smooth++;
+	const size_t candidates = smooth;
+	bool good = true;
+	for (int pass = 0; smooth > 0 && pass < 6; pass++) {
+		memcpy(draft->control.xyz, kept, 3 * draft->control.count * sizeof *kept);
+		good = joint_fit(draft, target, joint, fault) && joint_measure(now, NULL, dense->patch_count, draft, target, fault);
+		if (!good)
+			break;
+		size_t back = 0;
+		for (size_t k = 0; k < network->curve_count; k++) {
+			if (network->curve[k].kind != CURVE_SMOOTH || !candidate[k])
+				continue;
+			bool worse = pass == 5; /* patience ends with creases */
+			for (int side_of = 0; side_of < 2; side_of++) {
+				const idx_t p = side_of ? network->curve[k].right : network->curve[k].left;
+				if (p >= 0)
+					worse |= now[p].max > fmax(bounds->max / 2, 1.1 * error[p].max) || now[p].mean > fmax(bounds->mean / 2, 1.1 * error[p].mean);
+			}
+			if (worse)
+				network->curve[k].kind = CURVE_SHARP, back++;
+		}
+		smooth -= back;
+		if (back == 0)
+			break;
+	}
+	if (good && smooth > 0) {
+		memcpy(error, now, dense->patch_count * sizeof *now);
+	} else if (good) {
+		memcpy(draft->control.xyz, kept, 3 * draft->control.count * sizeof *kept);
+	}
+	if (candidates > 0)
+		tool_say("%zu of %zu tangential curves are smooth", smooth, candidates);
+	free(kept), free(now);
+	return good;
+}
+
 int main(int argc, char **argv)
 {
 	tool_init("fitpatch");
@@ -140,8 +189,16 @@ int main(int argc, char **argv)
 	anchors_place(&anchors, &dense, &half, &border, &network, chain_of_curve);
 	struct nearest *nearest = nearest_new(dense.xyz, dense.vertex_count, dense.triangle, dense.triangle_count);
 
-	struct draft draft = {.network = network};
+	struct draft draft;
 	draft_start(&draft, &network);
+	unsigned char *tangential = mem_array(network.curve_count, 1);
+	for (size_t k = 0; k < network.curve_count; k++) {
+		const struct curve *curve = &network.curve[k];
+		if (curve->kind != CURVE_SMOOTH || curve->left < 0 || curve->right < 0 || dense.patch[curve->left].parent == dense.patch[curve->right].parent)
+			continue;
+		tangential[k] = 1;
+		draft.network.curve[k].kind = CURVE_SHARP;
+	}
 	struct edge_set *taken = edge_set_new();
 	for (size_t k = 0; k < network.curve_count; k++) {
 		const struct curve *curve = &network.curve[k];
@@ -170,7 +227,8 @@ int main(int argc, char **argv)
 	const struct joint_options joint = {options.iterations, options.level, options.variant};
 	struct patch_error *error = mem_array(dense.patch_count, sizeof *error);
 	const struct bounds bounds = {max, mean};
-	if (!fit_rounds(&draft, error, &target, &joint, &bounds, options.rounds, &fault))
+	if (!fit_rounds(&draft, error, &target, &joint, &bounds, options.rounds, &fault)
+	    || !relax_creases(&draft, error, tangential, &target, &joint, &bounds, &fault))
 		tool_fail(&fault);
 	for (size_t p = 0; p < dense.patch_count; p++)
 		tool_say("patch %zu kind %d: mean %.3g%% max %.3g%% of the longest side, normals %.2f degrees", p, dense.patch[p].kind, 100 * error[p].mean / side,
