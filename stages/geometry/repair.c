@@ -17,7 +17,7 @@ const char *const repair_name[REPAIR_KIND_COUNT] = {
 	[REPAIR_COLLAPSED_FACE] = "collapsed face removed",
 	[REPAIR_DUPLICATE_FACE] = "duplicate face removed",
 	[REPAIR_ZERO_AREA_FACE] = "zero-area face removed",
-	[REPAIR_CAP_FLIPPED] = "flat cap flipped",
+	[REPAIR_CAP_FLIPPED] = "zero-area face flipped away",
 	[REPAIR_T_JUNCTION_SPLIT] = "T-junction split",
 	[REPAIR_NONMANIFOLD_EDGE_CUT] = "non-manifold edge cut",
 	[REPAIR_NONMANIFOLD_VERTEX_SPLIT] = "non-manifold vertex split",
@@ -25,6 +25,23 @@ const char *const repair_name[REPAIR_KIND_COUNT] = {
 	[REPAIR_MOEBIUS_CUT] = "edge of a one-sided surface cut",
 	[REPAIR_COMPONENT_TURNED] = "component turned inside out",
 	[REPAIR_UNUSED_VERTEX] = "unused vertex removed",
+};
+
+const char *const repair_plural[REPAIR_KIND_COUNT] = {
+	[REPAIR_POLYGON_TRIANGULATED] = "polygons triangulated",
+	[REPAIR_WELDED_EXACT] = "vertices welded",
+	[REPAIR_WELDED_NEAR] = "vertices welded within tolerance",
+	[REPAIR_COLLAPSED_FACE] = "collapsed faces removed",
+	[REPAIR_DUPLICATE_FACE] = "duplicate faces removed",
+	[REPAIR_ZERO_AREA_FACE] = "zero-area faces removed",
+	[REPAIR_CAP_FLIPPED] = "zero-area faces flipped away",
+	[REPAIR_T_JUNCTION_SPLIT] = "T-junctions split",
+	[REPAIR_NONMANIFOLD_EDGE_CUT] = "non-manifold edges cut",
+	[REPAIR_NONMANIFOLD_VERTEX_SPLIT] = "non-manifold vertices split",
+	[REPAIR_FACE_FLIPPED] = "faces turned over",
+	[REPAIR_MOEBIUS_CUT] = "edges of a one-sided surface cut",
+	[REPAIR_COMPONENT_TURNED] = "components turned inside out",
+	[REPAIR_UNUSED_VERTEX] = "unused vertices removed",
 };
 
 void repair_report_free(struct repair_report *report)
@@ -86,10 +103,8 @@ static void compact(struct mesh *mesh, struct soup *soup)
 		number[soup->triangle[h]] = 1;
 	size_t used = 0;
 	for (size_t v = 0; v < soup->vertex_count; v++) {
-		if (!number[v]) {
-			report->count[REPAIR_UNUSED_VERTEX]++;
+		if (!number[v])
 			continue;
-		}
 		memmove(soup->xyz + 3 * used, soup->xyz + 3 * v, 3 * sizeof *soup->xyz);
 		number[v] = (idx_t)used++;
 	}
@@ -165,6 +180,19 @@ static bool describe(struct repair_report *report, const struct mesh *mesh, cons
 	return true;
 }
 
+/* Those that no face of the input has; what other repairs leave over is theirs. */
+static size_t count_unused(const struct mesh *mesh)
+{
+	unsigned char *used = mem_array(mesh->vertex_count, 1);
+	size_t unused = mesh->vertex_count;
+	for (size_t h = 0; h < mesh->face_start[mesh->face_count]; h++) {
+		unused -= !used[mesh->corner[h]];
+		used[mesh->corner[h]] = 1;
+	}
+	free(used);
+	return unused;
+}
+
 static void soup_free(struct soup *soup)
 {
 	free(soup->xyz);
@@ -194,6 +222,7 @@ bool repair_mesh(struct mesh *mesh, const struct repair_options *options, struct
 {
 	*report = (struct repair_report){0};
 	report->count[REPAIR_WELDED_EXACT] = mesh_weld(mesh, 0, NULL);
+	report->count[REPAIR_UNUSED_VERTEX] = count_unused(mesh);
 	struct soup soup = {.report = report};
 	double low[3], high[3];
 	soup.side = mesh_bounds(mesh->xyz, mesh->vertex_count, low, high);
@@ -205,9 +234,11 @@ bool repair_mesh(struct mesh *mesh, const struct repair_options *options, struct
 		return fault_set(fault, EX_BAD_INPUT, "no face has an area");
 	}
 	soup_pair(&soup);
-	soup_orient(&soup);
+	const size_t count = soup.triangle_count;
+	unsigned char *mixed = soup_orient(&soup);
 	soup_split_fans(&soup);
-	soup_turn_outward(&soup);
+	soup_turn_outward(&soup, mixed, count);
+	free(mixed);
 	size_t component_count;
 	idx_t *component_of = soup_components(&soup, &component_count);
 	compact(mesh, &soup);

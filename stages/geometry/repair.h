@@ -15,7 +15,8 @@ enum repair_kind {
 	REPAIR_ZERO_AREA_FACE, REPAIR_CAP_FLIPPED, REPAIR_T_JUNCTION_SPLIT, REPAIR_NONMANIFOLD_EDGE_CUT, REPAIR_NONMANIFOLD_VERTEX_SPLIT,
 	REPAIR_FACE_FLIPPED, REPAIR_MOEBIUS_CUT, REPAIR_COMPONENT_TURNED, REPAIR_UNUSED_VERTEX, REPAIR_KIND_COUNT
 };
-extern const char *const repair_name[REPAIR_KIND_COUNT]; /* "polygon triangulated", ... */
+extern const char *const repair_name[REPAIR_KIND_COUNT];   /* "polygon triangulated", ... */
+extern const char *const repair_plural[REPAIR_KIND_COUNT]; /* "polygons triangulated", ... */
 
 struct repair_component {
 	size_t vertices, edges, faces, border_loops;
@@ -33,8 +34,9 @@ struct repair_report {
 };
 void repair_report_free(struct repair_report *report);
 
-/* mesh becomes triangles, manifold, consistently oriented, closed components with positive volume (inner voids keep
- * negative: a component inside another one). Faults: nothing left. O(n log n). */
+/* mesh becomes triangles, manifold, consistently oriented, closed components with positive volume. A component inside an odd
+ * number of others keeps its orientation (negative: a void; positive: a body in a body); when it had none of its own, it
+ * becomes a void. Vertices keep their order; copies made by cuts come last. Faults: nothing left. O(n log n). */
 bool repair_mesh(struct mesh *mesh, const struct repair_options *options, struct repair_report *report, struct fault *fault);
 
 #endif

@@ -102,15 +102,16 @@ static void pair_leaves(struct soup *soup, struct leaf *leaf, struct match *matc
 		soup->opened[leaf[0].half] = 1;
 }
 
-/* Is every edge with two triangles run through both ways? Then directions can be trusted at the others too. */
+/* Are nearly all edges with two triangles run through both ways? Then directions can be trusted at the others too. */
 static bool is_oriented(const struct soup *soup, const struct side *side, size_t count)
 {
+	size_t good = 0, twisted = 0;
 	for (size_t i = 0, end; i < count; i = end) {
 		end = side_run(side, count, i);
-		if (end - i == 2 && soup->triangle[side[i].half] == soup->triangle[side[i + 1].half])
-			return false;
+		if (end - i == 2)
+			*(soup->triangle[side[i].half] == soup->triangle[side[i + 1].half] ? &twisted : &good) += 1;
 	}
-	return true;
+	return 10 * twisted <= good;
 }
 
 void soup_pair(struct soup *soup)

@@ -48,9 +48,9 @@ void soup_flatten(struct soup *soup);
 /* Step 5: which two half-edges go on into each other; then a copy of a vertex for each fan. */
 void soup_pair(struct soup *soup);
 void soup_split_fans(struct soup *soup);
-/* Step 6. */
-void soup_orient(struct soup *soup);
-void soup_turn_outward(struct soup *soup);
+/* Step 6. turned[t]: 1 for triangles of components in which some had to be turned (triangle_count, caller frees). */
+unsigned char *soup_orient(struct soup *soup);
+void soup_turn_outward(struct soup *soup, const unsigned char *turned, size_t turned_count);
 /* component[t] of each triangle over pairs, numbered by lowest triangle (caller frees). */
 idx_t *soup_components(const struct soup *soup, size_t *component_count);
 

@@ -26,11 +26,11 @@ static void turn(struct soup *soup, size_t t)
 
 /* Breadth first from the lowest triangle of each component. Where two ways around contradict each other (a Moebius
  * band), the edge is cut. Of the two orientations a component takes the one that more of its triangles have. */
-void soup_orient(struct soup *soup)
+unsigned char *soup_orient(struct soup *soup)
 {
 	const size_t count = soup->triangle_count;
 	enum { UNSEEN, KEPT, TURNED };
-	unsigned char *state = mem_array(count, 1);
+	unsigned char *state = mem_array(count, 1), *touched = mem_array(count, 1);
 	idx_t *queue = mem_array(count, sizeof *queue);
 	for (size_t seed = 0; seed < count; seed++) {
 		if (state[seed] != UNSEEN)
@@ -58,20 +58,25 @@ void soup_orient(struct soup *soup)
 			}
 		}
 		const unsigned char minority = 2 * turned > filled ? KEPT : TURNED;
-		for (size_t i = 0; i < filled; i++)
+		const bool some = turned > 0 && turned < filled;
+		for (size_t i = 0; i < filled; i++) {
+			touched[queue[i]] = some;
 			if (state[queue[i]] == minority) {
 				turn(soup, (size_t)queue[i]);
 				soup->report->count[REPAIR_FACE_FLIPPED]++;
 			}
+		}
 	}
 	free(state);
 	free(queue);
+	return touched;
 }
 
 struct component {
 	double low[3], high[3], volume;
 	idx_t outermost[3];     /* the vertex furthest along each axis */
 	bool is_closed;
+	bool was_mixed;         /* had triangles of both orientations */
 	unsigned char odd[3];   /* by each of three rays: inside an odd number of others */
 };
 
@@ -205,17 +210,21 @@ static void find_depths(struct component *component, const struct soup *soup, co
 	free(triangle);
 }
 
-void soup_turn_outward(struct soup *soup)
+/* Closed components get positive volume. One inside an odd number of others bounds a void, or is a body in a body (as in
+ * overlapping assemblies): it says so by its orientation, and stays; if it has none it is taken for a void. */
+void soup_turn_outward(struct soup *soup, const unsigned char *turned, size_t turned_count)
 {
 	size_t component_count;
 	idx_t *component_of = soup_components(soup, &component_count);
 	struct component *component = measure(soup, component_of, component_count);
 	if (component_count > 1)
 		find_depths(component, soup, component_of, component_count);
+	for (size_t t = 0; t < soup->triangle_count; t++) /* cuts have added triangles at the end */
+		component[component_of[t]].was_mixed |= t < turned_count && turned[t];
 	unsigned char *to_turn = mem_array(component_count, 1);
 	for (size_t c = 0; c < component_count; c++) {
 		const bool is_void = component[c].odd[0] + component[c].odd[1] + component[c].odd[2] >= 2;
-		to_turn[c] = component[c].is_closed && (is_void ? component[c].volume > 0 : component[c].volume < 0);
+		to_turn[c] = component[c].is_closed && (is_void ? component[c].was_mixed && component[c].volume > 0 : component[c].volume < 0);
 		soup->report->count[REPAIR_COMPONENT_TURNED] += to_turn[c];
 	}
 	for (size_t t = 0; t < soup->triangle_count; t++)

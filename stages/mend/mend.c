@@ -119,10 +119,11 @@ static void tell(const struct repair_report *report, const char *shown, bool is_
 	for (int k = 0; k < REPAIR_KIND_COUNT; k++) {
 		if (report->count[k] == 0)
 			continue;
+		const char *what = report->count[k] == 1 ? repair_name[k] : repair_plural[k];
 		if (is_conversion((enum repair_kind)k, is_stl))
-			tool_say("%s: %s: %zu", shown, repair_name[k], report->count[k]);
+			tool_say("%s: %zu %s", shown, report->count[k], what);
 		else
-			tool_warn("%s: %s: %zu", shown, repair_name[k], report->count[k]);
+			tool_warn("%s: %zu %s", shown, report->count[k], what);
 	}
 	for (size_t i = 0; tool_is_verbose() && i < report->component_count; i++) {
 		const struct repair_component *c = &report->component[i];

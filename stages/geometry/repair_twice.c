@@ -1,10 +1,8 @@
-/* Step 3: faces that are nothing: a vertex twice, the same three vertices twice, no area. */
-#include <math.h>
+/* Step 3: faces that are nothing: a vertex twice, the same three vertices twice. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "stages/geometry/repair_internal.h"
-#include "stages/geometry/vector.h"
 
 void soup_drop_collapsed(struct soup *soup)
 {
@@ -115,5 +113,3 @@ void soup_drop_duplicates(struct soup *soup)
 		soup_keep(soup, keep);
 	free(triple), free(keep), free(doubled);
 }
-
-void soup_flatten(struct soup *soup) { (void)soup; }
