@@ -231,8 +231,9 @@ int main(int argc, char **argv)
 	    || !relax_creases(&draft, error, tangential, &target, &joint, &bounds, &fault))
 		tool_fail(&fault);
 	for (size_t p = 0; p < dense.patch_count; p++)
-		tool_say("patch %zu kind %d: mean %.3g%% max %.3g%% of the longest side, normals %.2f degrees", p, dense.patch[p].kind, 100 * error[p].mean / side,
-		         100 * error[p].max / side, error[p].normal_deg);
+		tool_say("patch %zu kind %d: mean %.3g%% max %.3g%% of the longest side, normals %.2f degrees, worst at %.4g %.4g %.4g", p, dense.patch[p].kind,
+		         100 * error[p].mean / side, 100 * error[p].max / side, error[p].normal_deg, error[p].worst_point[0], error[p].worst_point[1],
+		         error[p].worst_point[2]);
 	local_to_ply(&document, &draft);
 	tool_write_ply(&document, &options.common, SCHEMA, "level=%d iter=%d sd=%s", options.level, options.iterations, options.variant_name);
 	return EX_DONE;
