@@ -275,6 +275,184 @@ static void operator_equals_refiner(void **state)
 			}
 }
 
+/* Every edge of a closed mesh belongs to two faces, in opposite directions: count directed edges after sorting. */
+static int compare_pairs(const void *a, const void *b)
+{
+	return memcmp(a, b, 2 * sizeof(uint32_t));
+}
+
+static void closed_stays_watertight(void **state)
+{
+	(void)state;
+	const int closed[] = {0, 1, 2, 4, 5, 6};
+	for (size_t i = 0; i < sizeof closed / sizeof *closed; i++) {
+		struct cage cage = sample(closed[i]);
+		struct level in = level_make(&cage), l;
+		level_refine(&l, &in, cage.scheme, 4);
+		const size_t n = l.face_start[l.face_count];
+		uint32_t *forward = mem_array(2 * n, sizeof *forward), *backward = mem_array(2 * n, sizeof *backward);
+		for (size_t f = 0; f < l.face_count; f++)
+			for (size_t h = l.face_start[f]; h < l.face_start[f + 1]; h++) {
+				const size_t next = h + 1 == l.face_start[f + 1] ? l.face_start[f] : h + 1;
+				forward[2 * h] = backward[2 * h + 1] = (uint32_t)l.face_corner[h];
+				forward[2 * h + 1] = backward[2 * h] = (uint32_t)l.face_corner[next];
+			}
+		qsort(forward, n, 2 * sizeof *forward, compare_pairs);
+		qsort(backward, n, 2 * sizeof *backward, compare_pairs);
+		assert_memory_equal(forward, backward, 2 * n * sizeof *forward);
+		for (size_t h = 1; h < n; h++)
+			assert_int_not_equal(compare_pairs(forward + 2 * h - 2, forward + 2 * h), 0);
+		for (size_t k = 0; k < 3 * l.vertex_count; k++)
+			assert_true(isfinite(l.xyz[k]));
+		free(forward);
+		free(backward);
+		level_free(&in);
+		level_free(&l);
+		cage_drop(&cage);
+	}
+}
+
+/* A flat cage of triangles, quads and a pentagon stays flat: heights are combinations of zeros. */
+static void flat_stays_flat(void **state)
+{
+	(void)state;
+	const double xyz[] = {0, 0, 0, 2, 0, 0, 3, 1, 0, 2, 2, 0, 0, 2, 0, 1, 1, 0, 4, 0, 0, 4, 2, 0};
+	struct cage cage = cage_make(xyz, 8, (const int[]){0, 1, 5, -1, 0, 5, 4, -1, 5, 1, 2, 3, 4, -1, 1, 6, 2, -1, 6, 7, 3, 2, -1, -2}, SCHEME_QUADTRI);
+	struct level in = level_make(&cage), l;
+	level_refine(&l, &in, SCHEME_QUADTRI, 3);
+	level_to_limit(&l, SCHEME_QUADTRI);
+	for (size_t v = 0; v < l.vertex_count; v++)
+		assert_true(l.xyz[3 * v + 2] == 0);
+	level_free(&in);
+	level_free(&l);
+	cage_drop(&cage);
+}
+
+/* Corners keep their place at every level, and so do vertices with three sharp edges: a cube with all edges sharp stays one. */
+static void corners_stay(void **state)
+{
+	(void)state;
+	struct cage cage = cage_make(cube_xyz, 8, cube_faces, SCHEME_QUADTRI);
+	cage_sharpen(&cage, (const int[]){0, 1, 1, 2, 2, 3, 3, 0, 4, 5, 5, 6, 6, 7, 7, 4, 0, 4, 1, 5, 2, 6, 3, 7, -1, -1});
+	struct level in = level_make(&cage), l;
+	level_refine(&l, &in, SCHEME_QUADTRI, 4);
+	assert_memory_equal(l.xyz, cube_xyz, sizeof cube_xyz);
+	for (size_t v = 0; v < l.vertex_count; v++) {
+		double far = 0;
+		for (int i = 0; i < 3; i++)
+			far = fmax(far, fabs(l.xyz[3 * v + (size_t)i]));
+		assert_near(far, 1, 1e-15); /* on the cube's surface */
+		assert_int_equal(l.corner[v], v < 8);
+	}
+	level_free(&in);
+	level_free(&l);
+	cage_drop(&cage);
+}
+
+/* (1, 6, 1) / 8 and midpoints on a crease of a smooth solid. */
+static void crease_step(void **state)
+{
+	(void)state;
+	struct cage cage = cage_make(cube_xyz, 8, cube_faces, SCHEME_QUADTRI);
+	cage_sharpen(&cage, (const int[]){4, 5, 5, 6, 6, 7, 7, 4, -1, -1});
+	struct level in = level_make(&cage), l;
+	level_refine(&l, &in, SCHEME_QUADTRI, 1);
+	/* vertex 4 = (-1, -1, 1) between 5 = (1, -1, 1) and 7 = (-1, 1, 1) */
+	const double want[3] = {(-6 + 1 - 1) / 8.0, (-6 - 1 + 1) / 8.0, 1}, middle[3] = {0, -1, 1};
+	assert_near(distance3(l.xyz + 12, want), 0, 1e-15);
+	assert_has_point(&l, middle);
+	level_free(&in);
+	level_free(&l);
+	cage_drop(&cage);
+}
+
+/* Mixed vertex of the house's roof edge, valence 4 with triangles (2) and quads (2), against the published mask: smoothing of the
+ * split mesh with alpha = 1 / (1 + 4/2 + 2/4), then p + eta (q - p) beyond, eta(4, 2) = 0.21380. */
+static void mixed_vertex(void **state)
+{
+	(void)state;
+	struct cage cage = cage_make(house_xyz, 9, house_faces, SCHEME_QUADTRI);
+	struct level in = level_make(&cage), l;
+	level_refine(&l, &in, SCHEME_QUADTRI, 1);
+	/* vertex 5: quads 0 1 5 4 and 1 2 6 5, triangles 4 5 8 and 5 6 8; neighbours 4 1 6 8 */
+	const double *p = house_xyz + 15;
+	const int neighbour[4] = {4, 1, 6, 8}, quad[2][4] = {{0, 1, 5, 4}, {1, 2, 6, 5}};
+	const double alpha = 1 / (1 + 4 / 2.0 + 2 / 4.0);
+	for (int i = 0; i < 3; i++) {
+		double q = alpha * p[i];
+		for (int k = 0; k < 4; k++)
+			q += alpha / 2 * (p[i] + house_xyz[3 * neighbour[k] + i]) / 2;
+		for (int k = 0; k < 2; k++)
+			for (int c = 0; c < 4; c++)
+				q += alpha / 4 * house_xyz[3 * quad[k][c] + i] / 4;
+		assert_near(l.xyz[15 + i], q + 0.21380 * (q - p[i]), 1e-15);
+	}
+	/* edge 5-6 between a quad and a triangle: centre 1/4, neighbours 1/8, opposite corners of the split quad 1/16 */
+	const double *a = house_xyz + 15, *b = house_xyz + 18, *top = house_xyz + 24, *c = house_xyz + 3, *d = house_xyz + 6;
+	double edge[3];
+	for (int i = 0; i < 3; i++) {
+		const double face = (a[i] + b[i] + c[i] + d[i]) / 4;
+		edge[i] = (a[i] + b[i]) / 2 / 4 + (a[i] + b[i] + (a[i] + top[i]) / 2 + (b[i] + top[i]) / 2 + face) / 8 +
+		          ((a[i] + c[i]) / 2 + (b[i] + d[i]) / 2) / 16;
+	}
+	assert_has_point(&l, edge);
+	level_free(&in);
+	level_free(&l);
+	cage_drop(&cage);
+}
+
+/* What is no cage is refused, and the message names the place. */
+static void refuse(const double *xyz, size_t count, const int *faces, enum cage_scheme scheme, const int *sharp, const char *message)
+{
+	struct cage cage = cage_make(xyz, count, faces, scheme);
+	if (sharp)
+		cage_sharpen(&cage, sharp);
+	struct level level;
+	struct fault fault = {0};
+	assert_false(level_from_cage(&level, &cage, &fault));
+	assert_string_equal(fault.text, message);
+	assert_int_equal(fault.code, EX_BAD_INPUT);
+	cage_drop(&cage);
+}
+
+static void bad_cages(void **state)
+{
+	(void)state;
+	const double *xyz = cube_xyz;
+	refuse(xyz, 4, (const int[]){0, 1, 2, -1, 1, 0, 3, -1, 0, 1, 3, -1, -2}, SCHEME_QUADTRI, NULL, "edge 0-1 has 3 faces (0, 1, 2)");
+	refuse(xyz, 4, (const int[]){0, 1, 2, -1, 0, 1, 3, -1, -2}, SCHEME_QUADTRI, NULL,
+	       "faces 0 and 1 run along edge 0-1 in the same direction: orientations differ");
+	refuse(xyz, 5, (const int[]){0, 1, 2, -1, 0, 3, 4, -1, -2}, SCHEME_QUADTRI, NULL,
+	       "vertex 0 has more than one fan of faces (one with face 1)");
+	/* two tetrahedra that touch at vertex 0: closed fans */
+	refuse(xyz, 7, (const int[]){0, 1, 2, -1, 0, 2, 3, -1, 0, 3, 1, -1, 1, 3, 2, -1, 0, 4, 5, -1, 0, 5, 6, -1, 0, 6, 4, -1, 4, 6, 5, -1, -2},
+	       SCHEME_QUADTRI, NULL, "vertex 0 has more than one fan of faces (one with face 4)");
+	refuse(xyz, 4, (const int[]){0, 1, 2, 1, -1, -2}, SCHEME_QUADTRI, NULL, "face 0 has vertex 1 twice");
+	refuse(xyz, 4, (const int[]){0, 1, -1, -2}, SCHEME_QUADTRI, NULL, "face 0 has 2 vertices, less than 3");
+	refuse(xyz, 3, (const int[]){0, 1, 3, -1, -2}, SCHEME_QUADTRI, NULL, "face 0: there is no vertex 3");
+	refuse(xyz, 4, (const int[]){0, 1, 2, -1, -2}, SCHEME_QUADTRI, NULL, "vertex 3 has no face");
+	refuse(xyz, 4, (const int[]){0, 1, 2, 3, -1, -2}, SCHEME_LOOP, NULL, "face 0 has 4 vertices: Loop subdivision needs triangles");
+	refuse(xyz, 4, (const int[]){0, 1, 2, 3, -1, -2}, SCHEME_QUADTRI, (const int[]){0, 1, 0, 2, -1, -1}, "sharp edge 0-2 is no edge of a face");
+	refuse(xyz, 4, (const int[]){0, 1, 2, 3, -1, -2}, SCHEME_QUADTRI, (const int[]){3, 9, -1, -1}, "sharp edge 3-9 is no edge of a face");
+}
+
+/* Sizes beyond what indices can number are foretold, not run into. */
+static void too_many_steps(void **state)
+{
+	(void)state;
+	struct cage cage = cage_make(cube_xyz, 8, cube_faces, SCHEME_QUADTRI);
+	struct level in = level_make(&cage);
+	size_t vertices, faces, corners;
+	level_refined_size(&vertices, &faces, &corners, &in, SCHEME_QUADTRI, 13);
+	assert_int_equal(corners, (size_t)24 << 26);
+	assert_int_equal(faces, (size_t)6 << 26);
+	assert_int_equal(vertices, ((size_t)6 << 26) + 2); /* Euler: V = E - F + 2, E = 2 F */
+	level_refined_size(&vertices, NULL, NULL, &in, SCHEME_QUADTRI, 14);
+	assert_true(vertices == SIZE_MAX);
+	level_free(&in);
+	cage_drop(&cage);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -283,6 +461,13 @@ int main(void)
 	        cmocka_unit_test(triangles_are_loop),
 	        cmocka_unit_test(steps_compose),
 	        cmocka_unit_test(operator_equals_refiner),
+	        cmocka_unit_test(closed_stays_watertight),
+	        cmocka_unit_test(flat_stays_flat),
+	        cmocka_unit_test(corners_stay),
+	        cmocka_unit_test(crease_step),
+	        cmocka_unit_test(mixed_vertex),
+	        cmocka_unit_test(bad_cages),
+	        cmocka_unit_test(too_many_steps),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
