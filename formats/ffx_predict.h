@@ -1,0 +1,43 @@
+/* Predicting a vertex of an FFX stream from those already known: in integers. Private to formats/ffx*. */
+#ifndef CAGEWRIGHT_FFX_PREDICT_H
+#define CAGEWRIGHT_FFX_PREDICT_H
+
+#include <stdbool.h>
+
+#include "formats/ffx_model.h"
+#include "formats/ffx_surface.h"
+
+/* The order of the vertices: always the one that can be predicted best next, from the surface's roots on. order and rank
+ * (its inverse) have room for vertex_count. O(n). */
+void predict_order(idx_t *order, idx_t *rank, const struct ffx_surface *surface);
+
+/* A guess at the whole point. */
+struct guess {
+	enum ffx_expert kind;
+	int32_t at[3];
+};
+
+/* The plane normal . x = offset, |normal| < 2^15 each. */
+struct plane {
+	int32_t normal[3];
+	int64_t offset;
+};
+
+#define GUESS_LIMIT 14
+#define PLANE_LIMIT 4
+struct guesses {
+	struct guess guess[GUESS_LIMIT];
+	size_t guess_count;
+	struct plane plane[PLANE_LIMIT]; /* of faces that the vertex is in */
+	size_t plane_count;
+	int axis[3];           /* in which order its coordinates are coded: those that planes tell come last */
+};
+
+/* Guesses at the vertex of rank at from the vertices of lower rank. grid: 3 a vertex. O(1) apart from the first 64 faces around it. */
+void predict_vertex(struct guesses *guesses, const struct ffx_surface *surface, const idx_t *order, const idx_t *rank, size_t at, const int32_t *grid);
+
+/* Where planes put coordinate axis[step] when axis[0 .. step) of point are known: values and their kinds (EXPERT_PLANE, EXPERT_LINE,
+ * EXPERT_POINT), at most PLANE_LIMIT. Returns how many. */
+size_t predict_from_planes(int32_t *value, enum ffx_expert *kind, const struct guesses *guesses, int step, const int32_t point[3]);
+
+#endif

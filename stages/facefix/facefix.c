@@ -1,0 +1,123 @@
+/* facefix: a cage in, an FFX stream of a few hundred bytes out.
+ *
+ * Rounds the control points to a grid, codes connectivity with Face Fixer (Isenburg and Snoeyink 2000) and everything else with
+ * one adaptive range coder (formats/ffx). */
+#include <stdlib.h>
+
+#include "formats/cage.h"
+#include "formats/ffx.h"
+#include "formats/mesh.h"
+#include "stages/facefix/gridfit.h"
+#include "stages/tool/tool.h"
+
+#define CAGE_SCHEMA 1 /* newest schema of assemble's and polish's files that is known here */
+
+struct options {
+	const char *in;
+	int bits;              /* 0: by tolerance */
+	int roots;
+	struct tool_length tolerance;
+	bool no_frame, groups;
+	struct tool_common common;
+};
+
+static const char usage[] =
+	"usage: facefix [-qv] [-o output] [--bits n | --tolerance length] [--groups] [--no-frame] [--roots n] [file]\n"
+	"  --bits n          grid of 2^n - 1 steps on the longest side, 3 to 16 (default: by tolerance)\n"
+	"  --tolerance l     coarsest grid that moves the surface by no more than this in the mean and 8 times this at\n"
+	"                    most: model units, or % of the longest side (default 0.03%)\n"
+	"  --groups          store which patch each face belongs to\n"
+	"  --no-frame        leave out place and size: the longest side becomes 1\n"
+	"  --roots n         start edges to try, 1 to 100000; the smallest stream is kept (default: as many as is quick)\n"
+	"  -o, --output f    write there instead of to stdout\n";
+
+static struct options parse_options(int argc, char **argv)
+{
+	struct options opt = {.tolerance = {0.03, true}};
+	const struct tool_option table[] = {
+		{"bits", 'b', TOOL_INTEGER, &opt.bits, 3, 16},
+		{"tolerance", 't', TOOL_LENGTH, &opt.tolerance, 0, 0},
+		{"groups", 0, TOOL_FLAG, &opt.groups, 0, 0},
+		{"no-frame", 0, TOOL_FLAG, &opt.no_frame, 0, 0},
+		{"roots", 0, TOOL_INTEGER, &opt.roots, 1, 100000},
+		{0},
+	};
+	const int first = tool_options(argc, argv, usage, table, &opt.common, 0, 1);
+	opt.in = first < argc ? argv[first] : NULL;
+	return opt;
+}
+
+/* A fault of the cage, with its file's name in front. */
+static _Noreturn void fail(const char *shown, const struct fault *fault)
+{
+	tool_die(fault->code, "%s: %s", shown, fault->text);
+}
+
+static void put_on_grid(struct ffx *ffx, const struct cage *cage, const struct options *opt, const char *shown)
+{
+	struct fault fault = {0};
+	const double side = mesh_bounds(cage->xyz, cage->vertex_count, NULL, NULL);
+	unsigned code;
+	if (opt->bits) {
+		code = ffx_grid_code((1 << opt->bits) - 1);
+	} else {
+		struct gridfit_choice choice;
+		const double tolerance = tool_length_in_units(opt->tolerance, side);
+		if (!gridfit_choose(&choice, cage, tolerance, &fault))
+			fail(shown, &fault);
+		code = choice.grid_code;
+		if (choice.finer)
+			tool_say("%u coarser grids would do but collapse or turn faces; taking a finer one", choice.finer);
+		if (choice.mean > tolerance || choice.max > 8 * tolerance)
+			tool_warn("%s: even the finest grid moves the surface by %g in the mean and %g at most", shown, choice.mean, choice.max);
+		tool_say("grid_mean=%.9g grid_max=%.9g", choice.mean, choice.max);
+	}
+	if (!gridfit_round(ffx, cage, code, opt->groups, &fault))
+		fail(shown, &fault);
+	const struct gridfit_damage damage = gridfit_check(cage, ffx);
+	if (damage.collapsed || damage.turned)
+		tool_warn("%s: %zu faces collapse and %zu corners turn on a grid of %d steps", shown, damage.collapsed, damage.turned, (int)ffx_grid_steps(code));
+	ffx->has_frame = !opt->no_frame;
+}
+
+int main(int argc, char **argv)
+{
+	tool_init("facefix");
+	const struct options opt = parse_options(argc, argv);
+	struct ply ply;
+	const char *shown;
+	tool_read_ply(&ply, opt.in, &shown);
+	tool_check_schema(&ply, shown, "assemble", CAGE_SCHEMA);
+	tool_check_schema(&ply, shown, "polish", CAGE_SCHEMA);
+	struct fault fault = {0};
+	struct cage cage;
+	if (!cage_from_ply(&cage, &ply, shown, &fault))
+		tool_fail(&fault);
+	ply_free(&ply);
+	if (cage.face_count == 0)
+		tool_die(EX_BAD_INPUT, "%s: the cage has no faces", shown);
+
+	struct ffx ffx;
+	put_on_grid(&ffx, &cage, &opt, shown);
+	unsigned char *bytes;
+	size_t size;
+	struct ffx_report report;
+	const struct ffx_options options = {.root_limit = (size_t)opt.roots};
+	if (!ffx_encode(&bytes, &size, &report, &ffx, &options, &fault))
+		fail(shown, &fault);
+
+	struct output output;
+	if (!output_open(&output, opt.common.output, &fault))
+		tool_fail(&fault);
+	fwrite(bytes, 1, size, output.file);
+	if (!output_commit(&output, &fault))
+		tool_fail(&fault);
+	tool_say("vertices=%zu edges=%zu faces=%zu sharp=%zu holes=%zu components=%zu handles=%zu steps=%d", report.vertex_count, report.edge_count,
+		report.face_count, ffx.sharp_count, report.hole_count, report.component_count, report.handle_count, (int)ffx_grid_steps(ffx.grid_code));
+	tool_say("bytes_c=%.1f bytes_g=%.1f bytes_f=%.1f bytes_header=%zu bytes_total=%zu", report.bytes_c, report.bytes_g, report.bytes_f,
+		report.bytes_header, report.bytes_total);
+	free(bytes);
+	ffx_free(&ffx);
+	cage_free(&cage);
+	return EX_DONE;
+}

@@ -1,0 +1,34 @@
+/* Putting a cage on an integer grid: as coarse as the tolerance allows. */
+#ifndef CAGEWRIGHT_GRIDFIT_H
+#define CAGEWRIGHT_GRIDFIT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "formats/cage.h"
+#include "formats/fault.h"
+#include "formats/ffx.h"
+
+/* Fill *ffx with the cage on grid grid_code: frame, positions, faces, flags; patches when with_patches. The longest side gets as many
+ * steps as the grid has and the lowest corner is its origin, both within 1e-6 of the longest side. Faults: a cage without extent or too far from the origin. */
+bool gridfit_round(struct ffx *ffx, const struct cage *cage, unsigned grid_code, bool with_patches, struct fault *fault);
+
+/* What rounding broke. */
+struct gridfit_damage {
+	size_t collapsed;      /* faces with two vertices at one place that were apart before */
+	size_t turned;         /* corners whose sub-quad changed its orientation; those below 1e-6 of the longest side squared do not count */
+};
+struct gridfit_damage gridfit_check(const struct cage *cage, const struct ffx *ffx);
+
+struct gridfit_choice {
+	unsigned grid_code;
+	double mean, max;      /* deviation of the refined surfaces along the normal, model units; 0 when not measured */
+	unsigned finer;        /* how many coarser grids were good enough but collapsed or turned something */
+};
+
+/* The coarsest grid on which the refined surface deviates by at most tolerance in the mean and 8 tolerance at most (model units),
+ * and on which nothing collapses or turns. Refined to level 3, or less for cages so large that this gives more than 200,000 faces.
+ * The finest grid is taken, with a warning left to the caller (choice->mean > tolerance), when none does. */
+bool gridfit_choose(struct gridfit_choice *choice, const struct cage *cage, double tolerance, struct fault *fault);
+
+#endif
