@@ -19,7 +19,7 @@ static struct colour from_hsv(double hue, double saturation, double value)
 
 struct colour palette_patch(size_t i)
 {
-	static const double level[5][2] = {{0.55, 0.95}, {0.75, 0.75}, {0.35, 0.98}, {0.85, 0.92}, {0.50, 0.70}}; /* saturation, value */
+	static const double level[5][2] = {{0.50, 0.96}, {0.62, 0.80}, {0.30, 0.98}, {0.70, 0.95}, {0.42, 0.76}}; /* saturation, value */
 	const double *sv = level[i % 5];
 	return from_hsv(fmod(0.58 + (double)i * 0.6180339887498949, 1), sv[0], sv[1]);
 }
