@@ -118,7 +118,7 @@ static void cube_from_its_sides(void **state)
 	scene.line_count = line_count;
 	/* Three-quarter views show three differently lit sides; a wide picture is filled by height. */
 	unsigned char *rgb = draw(&scene, -60, 25, 400, 200);
-	assert_true(distinct_colours(rgb, 400 * 200) > 20);
+	assert_true(distinct_colours(rgb, 400 * 200) > 8); /* three sides, lines, ground, and mixtures at their rims */
 	assert_true(coverage(rgb, 400 * 200) > 0.25);
 	assert_true(coverage(rgb, 400 * 200) < 0.5);
 	/* The same scene gives the same bytes. */
