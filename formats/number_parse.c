@@ -1,11 +1,13 @@
+/* Reading numbers. */
 #include "formats/number.h"
 
 #include <math.h>
 #include <stdint.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+
+#include "formats/number_powers.h"
 
 /* Powers of ten that a double holds exactly. */
 static const double power10[] = {1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11,
@@ -29,6 +31,32 @@ static double convert_slowly(const char *text, size_t length)
 	if (copy != room)
 		free(copy);
 	return value;
+}
+
+/* mantissa * 10^power, rounded to nearest, when 128 bits are enough to be sure of it: the product with the tabled power
+ * of ten is at most two units too large in its lowest place, so that the answer is certain unless the bits behind the
+ * mantissa are that close to one half. (As Lemire, Number Parsing at a Gigabyte per Second, 2021.) */
+static bool convert_quickly(uint64_t mantissa, long power, double *value)
+{
+	if (mantissa == 0 || power < NUMBER_POWER_LOW || power > NUMBER_POWER_HIGH)
+		return false;
+	const struct number_power *ten = &number_power[power - NUMBER_POWER_LOW];
+	const int shift = __builtin_clzll(mantissa);
+	const uint64_t m = mantissa << shift;
+	unsigned __int128 product = (unsigned __int128)m * ten->high + (uint64_t)((unsigned __int128)m * ten->low >> 64);
+	/* exponent of the product's lowest bit */
+	int exponent = 64 - shift - (127 - number_log2_of_power10((int)power));
+	if (!(product >> 127)) {
+		product <<= 1;
+		exponent--;
+	}
+	const int cut = 128 - 53;
+	const unsigned __int128 half = (unsigned __int128)1 << (cut - 1), rest = product & (2 * half - 1);
+	if (rest >= half - 4 && rest <= half + 4)
+		return false;
+	const uint64_t top = (uint64_t)(product >> cut) + (rest > half);
+	*value = ldexp((double)top, exponent + cut);
+	return true;
 }
 
 bool num_parse(const char *text, size_t length, double *value)
@@ -94,6 +122,11 @@ bool num_parse(const char *text, size_t length, double *value)
 		*value = negative ? -magnitude : magnitude;
 		return true;
 	}
+	if (significant <= 19 && convert_quickly(mantissa, exponent, value)) {
+		if (negative)
+			*value = -*value;
+		return true;
+	}
 	*value = convert_slowly(text, length);
 	return true;
 }
@@ -121,60 +154,4 @@ bool num_parse_integer(const char *text, size_t length, long long low, long long
 		return false;
 	*value = whole;
 	return true;
-}
-
-static size_t print_integer(char text[NUM_TEXT_SIZE], int64_t value)
-{
-	char digit[20];
-	size_t count = 0, length = 0;
-	uint64_t rest = value < 0 ? (uint64_t)-value : (uint64_t)value;
-	do
-		digit[count++] = (char)('0' + rest % 10);
-	while ((rest /= 10) != 0);
-	if (value < 0)
-		text[length++] = '-';
-	while (count)
-		text[length++] = digit[--count];
-	text[length] = 0;
-	return length;
-}
-
-/* nan, inf and whole numbers below 1e15: 0 when it is none of them. */
-static size_t print_special(char text[NUM_TEXT_SIZE], double value)
-{
-	if (isnan(value) || isinf(value)) {
-		const char *name = isnan(value) ? "nan" : "inf";
-		return (size_t)snprintf(text, NUM_TEXT_SIZE, "%s%s", signbit(value) ? "-" : "", name);
-	}
-	if (fabs(value) >= 1e15 || value != (double)(int64_t)value)
-		return 0;
-	if (value == 0 && signbit(value)) {
-		memcpy(text, "-0", 3);
-		return 2;
-	}
-	return print_integer(text, (int64_t)value);
-}
-
-size_t num_print(char text[NUM_TEXT_SIZE], double value)
-{
-	size_t length = print_special(text, value);
-	for (int digits = 15; length == 0 && digits <= 17; digits++) {
-		const size_t made = (size_t)snprintf(text, NUM_TEXT_SIZE, "%.*g", digits, value);
-		double back;
-		if (digits == 17 || (num_parse(text, made, &back) && back == value))
-			length = made;
-	}
-	return length;
-}
-
-size_t num_print_float(char text[NUM_TEXT_SIZE], float value)
-{
-	size_t length = print_special(text, (double)value);
-	for (int digits = 6; length == 0 && digits <= 9; digits++) {
-		const size_t made = (size_t)snprintf(text, NUM_TEXT_SIZE, "%.*g", digits, (double)value);
-		double back;
-		if (digits == 9 || (num_parse(text, made, &back) && (float)back == value))
-			length = made;
-	}
-	return length;
 }
