@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "formats/ffx.h"
 #include "formats/mesh.h"
 
 /* Smooth shading across edges that bend less; more is drawn as an edge. Coarse tessellations of round things bend by up to
@@ -56,8 +57,23 @@ static bool show_cage_ply(struct scene *scene, const struct ply *ply, const char
 	return done && (ply_element(ply, "netpoint") == NULL || show_network(scene, ply, "netpoint", shown, fault));
 }
 
+static bool show_packed(struct scene *scene, const struct input *input, const struct show_options *options, struct fault *fault)
+{
+	struct ffx ffx;
+	struct cage cage;
+	if (!ffx_decode(&ffx, input->data, input->size, input->shown, fault))
+		return false;
+	ffx_to_cage(&cage, &ffx);
+	ffx_free(&ffx);
+	const bool done = show_cage(scene, &cage, input->shown, options, fault);
+	cage_free(&cage);
+	return done;
+}
+
 bool show_file(struct scene *scene, const struct input *input, const struct show_options *options, struct fault *fault)
 {
+	if (input->size >= 2 && memcmp(input->data, "FX", 2) == 0)
+		return show_packed(scene, input, options, fault);
 	if (input->size < 4 || memcmp(input->data, "ply", 3) != 0)
 		return show_foreign(scene, input, options, fault);
 	struct ply ply;
