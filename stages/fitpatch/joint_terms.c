@@ -7,10 +7,42 @@
 
 #include "stages/geometry/vector.h"
 
+/* Two creases that turn by more meet in a corner (the method's angle for nodes, section 4.1). */
+static const double kink_deg = 45;
+
 static int compare_pairs(const void *a, const void *b)
 {
 	const idx_t *x = a, *y = b;
 	return x[0] != y[0] ? (x[0] > y[0]) - (x[0] < y[0]) : (x[1] > y[1]) - (x[1] < y[1]);
+}
+
+/* A node with exactly two creases is a corner when the network says so, or when they meet in a kink: a junction with smooth
+ * curves is said to be none, yet those that became creases may turn there. */
+static void mark_corners(struct cage *cage, const struct draft *draft, const idx_t *number, const unsigned char *sharp_at)
+{
+	const struct network *network = &draft->network;
+	double *direction = mem_array(3 * cage->vertex_count, sizeof *direction);
+	unsigned char *met = mem_array(cage->vertex_count, 1);
+	for (size_t k = 0; k < network->curve_count; k++) {
+		const struct curve *curve = &network->curve[k];
+		if (curve->kind == CURVE_SMOOTH || curve->closed)
+			continue;
+		for (int end = 0; end < 2; end++) {
+			const idx_t node = network->point[curve->first + (end ? curve->count - 1 : 0)];
+			const idx_t next = network->point[curve->first + (end ? curve->count - 2 : 1)], v = number[node];
+			if (v == NO_INDEX || sharp_at[v] != 2 || draft->control.role[node] == POINT_CREASE)
+				continue;
+			double away[3];
+			sub3(away, &draft->control.xyz[3 * (size_t)next], &draft->control.xyz[3 * (size_t)node]);
+			if (draft->control.role[node] == POINT_CORNER)
+				cage->corner[v] = 1;
+			else if (met[v]++ == 0)
+				copy3(&direction[3 * (size_t)v], away);
+			else if (180 - angle3(away, &direction[3 * (size_t)v]) * DEGREES > kink_deg)
+				cage->corner[v] = 1;
+		}
+	}
+	free(direction), free(met);
 }
 
 void draft_cage(struct cage *cage, idx_t **vertex_of, const struct draft *draft)
@@ -75,9 +107,7 @@ void draft_cage(struct cage *cage, idx_t **vertex_of, const struct draft *draft)
 		}
 	}
 	qsort(cage->sharp, cage->sharp_count, 2 * sizeof *cage->sharp, compare_pairs);
-	for (size_t i = 0; i < draft->control.count; i++)
-		if (number[i] != NO_INDEX && draft->control.role[i] == POINT_CORNER && sharp_at[number[i]] == 2)
-			cage->corner[number[i]] = 1;
+	mark_corners(cage, draft, number, sharp_at);
 	free(edge), free(sharp_at);
 	*vertex_of = number;
 }

@@ -63,6 +63,9 @@ void local_to_ply(struct ply *ply, const struct draft *draft)
 	idx_t *net = mem_array(draft->control.count, sizeof *net);
 	struct network network = draft->network;
 	network.vertex_count = number_net(net, draft);
+	struct cage fitted;
+	idx_t *vertex_of;
+	draft_cage(&fitted, &vertex_of, draft);
 	network.xyz = mem_array(3 * network.vertex_count, sizeof *network.xyz);
 	network.kind = mem_array(network.vertex_count, 1);
 	network.curve = mem_copy(draft->network.curve, network.curve_count, sizeof *network.curve);
@@ -70,8 +73,12 @@ void local_to_ply(struct ply *ply, const struct draft *draft)
 	for (size_t i = 0; i < draft->control.count; i++)
 		if (net[i] != NO_INDEX) {
 			copy3(&network.xyz[3 * (size_t)net[i]], &draft->control.xyz[3 * i]);
-			network.kind[net[i]] = draft->control.role[i];
+			/* What the fit took for a corner is one from now on, whatever became of the curves that met there. */
+			const unsigned char role = draft->control.role[i];
+			network.kind[net[i]] = role == POINT_CREASE ? role : vertex_of[i] != NO_INDEX && fitted.corner[vertex_of[i]] ? POINT_CORNER : POINT_JUNCTION;
 		}
+	cage_free(&fitted);
+	free(vertex_of);
 	for (size_t i = 0; i < network.point_count; i++)
 		network.point[i] = net[draft->network.point[i]];
 	for (size_t k = 0; k < network.curve_count; k++)
