@@ -18,12 +18,8 @@ struct options {
 };
 
 static const char usage[] =
-	"usage: deviate [-qv] [-o output] [--samples n] [--seed n] [--mean length] [--max length] original other\n"
-	"  --samples n     samples of each surface, 100 to 100000000 (default 100000)\n"
-	"  --seed n        another set of samples, 0 to 2147483646 (default 1)\n"
-	"  --mean length   exit 1 when the mean of both ways is larger: model units, or % of the original's longest side\n"
-	"  --max length    exit 1 when the maximum of both ways is larger\n"
-	"  -o, --output f  write there instead of to stdout\n";
+	"usage: deviate [-qv] [--samples n] [--seed n] [--mean length] [--max length]\n"
+	"               [-o file] original other\n";
 
 static struct options parse_options(int argc, char **argv)
 {

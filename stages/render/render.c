@@ -22,16 +22,9 @@ struct options {
 };
 
 static const char usage[] =
-	"usage: render [-qv] [-o picture.png] [--colour how] [--against mesh] [--range length] [--edges] [--level n]\n"
-	"              [--view azimuth,elevation] [--size widthxheight] [file]\n"
-	"  --colour how     shaded, patch, curvature or deviation (default: patch when the file has patches)\n"
-	"  --against mesh   deviation: the surface to measure against; curves: a pale surface behind them\n"
-	"  --range length   deviation: the top of the scale, model units or % of mesh (default: the largest found)\n"
-	"  --edges          draw all edges of the mesh\n"
-	"  --level n        cages: draw the limit surface refined n times, 0 to 7 (default 0: the control mesh)\n"
-	"  --view a,e       degrees: eye around z from x to y, and above the xy plane (default -60,25)\n"
-	"  --size wxh       pixels, 16 to 4096 (default 800x600)\n"
-	"  -o, --output f   write there instead of to stdout\n";
+	"usage: render [-qv] [--colour how] [--against mesh] [--range length] [--edges]\n"
+	"              [--level n] [--view azimuth,elevation] [--size widthxheight]\n"
+	"              [-o file] [file]\n";
 
 /* "A<separator>B", both within [low, high]. */
 static bool parse_pair(double value[2], const char *text, char separator, const double low[2], const double high[2])
