@@ -119,7 +119,8 @@ static void ring_matrix(struct matrix *m, const unsigned char *pattern, size_t n
 		quads += pattern[j] & QUAD;
 	m->size = 1 + 2 * n;
 	m->count = 0;
-	m->entry = mem_array(1 + 5 * n + 14 * n, sizeof *m->entry);
+	/* all quads: 5 entries a face in the first row, 12 in the row of an edge, 4 in that of a centre */
+	m->entry = mem_array(1 + 21 * n, sizeof *m->entry);
 	const struct step_mask mask = step_mask_smooth(n, quads);
 	put(m, 0, 0, 1 - mask.beta * mask.count);
 	for (size_t j = 0; j < n; j++) {
