@@ -12,7 +12,9 @@
 #define COST_FREE 6.0   /* a triangle of a free region: between "fits badly" and "does not fit" */
 #define COST_FITTING 9.0 /* vertices within the tolerance, normals about */
 #define ABSORB_PASSES 12
+#define IDENTIFY_ANGLE 0.05 /* radians */
 #define UNITE_PASSES 6
+#define SPECK_TRIANGLES_MOST 12
 
 void tidy_free_regions(struct regions *r)
 {
@@ -161,7 +163,7 @@ static enum smallness smallness(const struct regions *r, const struct tidy_optio
 	const bool is_free = r->patch[region].kind == PATCH_FREE;
 	const bool is_strip = 2 * area < 1.2 * perimeter * edges / (3 * (double)count);
 	if (is_free)
-		return area < o->least_area || count <= 3 || is_strip ? SMALL : NOT_SMALL;
+		return area < o->least_area ? SMALL : count <= 3 || is_strip ? (area < 8 * o->least_area ? SMALL : SMALL_IF_FITTING) : NOT_SMALL;
 	if (o->is_noisy && o->is_dense && (is_strip || area < o->least_area))
 		return SMALL;
 	return area < o->least_area || is_strip ? SMALL_IF_FITTING : NOT_SMALL;
@@ -200,6 +202,9 @@ size_t tidy_absorb(struct regions *r, const struct tidy_options *o)
 				const double smooth = border[i].length - border[i].sharp_length;
 				if (!is_candidate[a] || smooth <= 0)
 					continue;
+				/* a surface that was found stays one: only remains go to free regions */
+				if (r->patch[b].kind == PATCH_FREE && most[a] <= COST_FITTING)
+					continue;
 				/* where nothing fits, the longer common border decides */
 				const double cost = mean_misfit(r, o, &r->patch[b], member + start[a], start[a + 1] - start[a]) + 1e-3 / smooth;
 				if (cost < best[a] && cost < most[a]) {
@@ -234,6 +239,86 @@ size_t tidy_absorb(struct regions *r, const struct tidy_options *o)
 			break;
 	}
 	return absorbed;
+}
+
+size_t tidy_specks(struct regions *r, double speck_area, const double *reach)
+{
+	const struct facets *f = r->facets;
+	size_t *start, absorbed = 0;
+	idx_t *member;
+	struct region_border *border;
+	regions_members(r, &start, &member);
+	const size_t borders = regions_borders(r, &border);
+	idx_t *into = mem_array(r->count, sizeof *into);
+	double *length = mem_array(r->count, sizeof *length);
+	unsigned char *is_speck = mem_array(r->count, 1);
+	for (size_t i = 0; i < r->count; i++) {
+		double area = 0;
+		for (size_t j = start[i]; j < start[i + 1]; j++)
+			area += f->area[member[j]];
+		is_speck[i] = area < speck_area && start[i + 1] - start[i] <= SPECK_TRIANGLES_MOST;
+		into[i] = NO_INDEX;
+	}
+	for (size_t i = 0; i < borders; i++)
+		for (int side = 0; side < 2; side++) {
+			const idx_t a = side ? border[i].high : border[i].low, b = side ? border[i].low : border[i].high;
+			if (!is_speck[a] || is_speck[b] || border[i].length <= length[a])
+				continue;
+			if (r->patch[b].kind == PATCH_FREE || grow_residual(f, &r->patch[b], member + start[a], start[a + 1] - start[a]) <= reach[b]) {
+				into[a] = b;
+				length[a] = border[i].length;
+			}
+		}
+	for (size_t i = 0; i < r->count; i++)
+		if (into[i] != NO_INDEX) {
+			for (size_t j = start[i]; j < start[i + 1]; j++)
+				r->label[member[j]] = into[i];
+			absorbed++;
+		}
+	free(start);
+	free(member);
+	free(border);
+	free(into);
+	free(length);
+	free(is_speck);
+	return absorbed;
+}
+
+static void identify(struct regions *r, double distance, int kinds)
+{
+	static const enum patch_kind kind[] = {PATCH_PLANE, PATCH_SPHERE, PATCH_CYLINDER, PATCH_CONE, PATCH_TORUS};
+	struct grower g;
+	size_t *start;
+	idx_t *member;
+	grower_init(&g, r->facets);
+	g.distance = distance;
+	g.angle = IDENTIFY_ANGLE;
+	regions_members(r, &start, &member);
+	for (size_t i = 0; i < r->count; i++) {
+		const idx_t *part = member + start[i];
+		const size_t count = start[i + 1] - start[i];
+		for (int k = 0; k < kinds && r->patch[i].kind == PATCH_FREE && count; k++) {
+			struct dense_patch surface = r->patch[i];
+			bool is_on = grow_hypothesis(&g, &surface, kind[k], part, count, distance);
+			for (size_t j = 0; j < count && is_on; j++)
+				is_on = grow_explains(&g, &surface, part[j], 1, NULL);
+			if (is_on)
+				r->patch[i] = surface;
+		}
+	}
+	free(start);
+	free(member);
+	grower_free(&g);
+}
+
+void tidy_flat_regions(struct regions *r, double distance)
+{
+	identify(r, distance, 1);
+}
+
+void tidy_identify(struct regions *r, double distance)
+{
+	identify(r, distance, 5);
 }
 
 /* Share of the area of triangles that the surface explains. */
@@ -291,7 +376,8 @@ size_t tidy_unite(struct regions *r, const struct flats *flats, const struct tid
 	size_t united = 0;
 	grower_init(&g, f);
 	g.flat = flats->of;
-	g.distance = o->distance;
+	/* what was found from two ends of a noisy surface differs by more than the noise */
+	g.distance = o->is_noisy ? 2 * o->distance : o->distance;
 	g.angle = o->angle;
 	idx_t *part = mem_array(f->triangle_count, sizeof *part);
 	for (int pass = 0; pass < UNITE_PASSES; pass++) {
@@ -349,14 +435,13 @@ size_t tidy_unite(struct regions *r, const struct flats *flats, const struct tid
 	return united;
 }
 
-void tidy_measure(struct regions *r, const struct flats *flats, bool is_refitted)
+void tidy_measure(struct regions *r, bool is_refitted)
 {
 	const struct facets *f = r->facets;
 	struct grower g;
 	size_t *start;
 	idx_t *member;
 	grower_init(&g, f);
-	g.flat = flats->of;
 	regions_members(r, &start, &member);
 	for (size_t i = 0; i < r->count; i++) {
 		struct dense_patch *p = &r->patch[i];

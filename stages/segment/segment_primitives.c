@@ -1,6 +1,7 @@
 /* Partition by analytic surfaces: search, borders, remains, at the tolerance that explains each part best. */
 #include <math.h>
 #include <stdlib.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "formats/memory.h"
@@ -67,16 +68,17 @@ static void segment_at(struct regions *r, double distance, double least_share)
 	};
 	primitive_search(r, &flats, &search);
 	tidy_free_regions(r);
+	tidy_flat_regions(r, distance);
 	tidy_borders(r, &tidy, 8);
 	regions_split(r);
 	tidy_absorb(r, &tidy);
 	tidy_unite(r, &flats, &tidy);
-	tidy_measure(r, &flats, true);
+	tidy_measure(r, true);
 	tidy_borders(r, &tidy, 20);
 	regions_split(r);
 	tidy_absorb(r, &tidy);
 	tidy_unite(r, &flats, &tidy);
-	tidy_measure(r, &flats, true);
+	tidy_measure(r, true);
 	flats_free(&flats);
 }
 
@@ -128,17 +130,18 @@ void segment_primitives(struct regions *r, const struct primitives_options *opti
 			segment_at(&trial, level_distance[l], options->least_area);
 			memset(trial_level, l, f->smooth_part_count);
 			part_costs(other, &trial, trial_level, report->distance);
+			if (getenv("SEGDEBUG")) { double a = 0, b = 0; for (size_t q = 0; q < f->smooth_part_count; q++) if (cost[q] > CLEAN_COST) { fprintf(stderr, "level %d part %zu cost %.2f (level %d) -> %.2f\n", l, q, cost[q], level[q], other[q]); a += cost[q]; b += other[q]; } }
 			const size_t offset = r->count;
 			for (size_t i = 0; i < trial.count; i++)
 				regions_add(r, &trial.patch[i]);
 			for (size_t t = 0; t < f->triangle_count; t++) {
 				const idx_t part = f->smooth_part[t];
 				/* levels are compared with the best so far, whatever its level */
-				if (cost[part] > CLEAN_COST && other[part] < pow(level_gain[l], l - level[part]) * cost[part])
+				if (cost[part] > CLEAN_COST && other[part] < level_gain[l] * cost[part])
 					r->label[t] = (idx_t)offset + trial.label[t];
 			}
 			for (size_t p = 0; p < f->smooth_part_count; p++)
-				if (cost[p] > CLEAN_COST && other[p] < pow(level_gain[l], l - level[p]) * cost[p])
+				if (cost[p] > CLEAN_COST && other[p] < level_gain[l] * cost[p])
 					level[p] = (unsigned char)(l | 0x80);
 			for (size_t p = 0; p < f->smooth_part_count; p++)
 				level[p] &= 0x7f;
@@ -146,7 +149,13 @@ void segment_primitives(struct regions *r, const struct primitives_options *opti
 		regions_free(&trial);
 		regions_renumber(r);
 	}
+	double *reach = mem_array(r->count, sizeof *reach);
+	for (size_t t = 0; t < f->triangle_count; t++)
+		reach[r->label[t]] = 3 * report->distance[level[f->smooth_part[t]]];
+	tidy_specks(r, options->least_area / 10 * f->total_area, reach);
+	free(reach);
 	regions_renumber(r);
+	tidy_measure(r, false);
 	double free_area = 0, squares = 0, explained = 0;
 	for (size_t t = 0; t < f->triangle_count; t++) {
 		const struct dense_patch *p = &r->patch[r->label[t]];

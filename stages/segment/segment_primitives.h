@@ -17,7 +17,8 @@ struct primitives_report {
 	double free_share;       /* of the area: not explained */
 };
 
-/* Label all triangles. regions comes initialised and empty. */
+/* Label all triangles. regions comes initialised and empty; what no surface explains ends in free regions, one for each
+ * connected set. */
 void segment_primitives(struct regions *regions, const struct primitives_options *options, struct primitives_report *report);
 
 #endif
