@@ -152,31 +152,53 @@ static void set_colour(struct colour colour)
 	glColor3ub(colour.red, colour.green, colour.blue);
 }
 
+/* The four corners of a line of some width: a rectangle in the picture, half a width longer at each end, so that chains of short
+ * lines have no gaps (GL's own wide lines have). */
+static void line_corners(float out[12], const struct camera *camera, const struct scene_line *line)
+{
+	/* Wider lines win over narrower ones. */
+	const double lift = LIFT * (1 + 0.2 * fmin(line->width, 5));
+	float at[2][3];
+	project(at[0], camera, line->from, lift);
+	project(at[1], camera, line->to, lift);
+	const double to_x = camera->half_width / camera->pixel, to_y = camera->half_height / camera->pixel; /* cube to pixels */
+	double dx = (at[1][0] - at[0][0]) * to_x, dy = (at[1][1] - at[0][1]) * to_y;
+	const double length = hypot(dx, dy), half = line->width / 2;
+	dx = length > 0 ? half * dx / length : half;
+	dy = length > 0 ? half * dy / length : 0;
+	static const int end[4] = {0, 0, 1, 1}, side[4] = {1, -1, -1, 1};
+	for (int i = 0; i < 4; i++) {
+		const int along = end[i] == 0 ? -1 : 1;
+		out[3 * i] = (float)(at[end[i]][0] + (along * dx - side[i] * dy) / to_x);
+		out[3 * i + 1] = (float)(at[end[i]][1] + (along * dy + side[i] * dx) / to_y);
+		out[3 * i + 2] = at[end[i]][2];
+	}
+}
+
 static void draw_lines(const struct scene *scene, const struct camera *camera)
 {
 	const bool fades = scene->triangle_count == 0;
-	float width = 0;
-	for (size_t i = 0; i < scene->line_count; i++) {
-		const struct scene_line *line = &scene->line[i];
-		if (i == 0 || line->width != width) {
-			if (i > 0)
-				glEnd();
-			width = line->width;
-			glLineWidth(width * SUPER);
-			glBegin(GL_LINES);
+	const size_t most = 100000; /* lines at a time, to keep the arrays small */
+	float *position = mem_array(12 * (scene->line_count < most ? scene->line_count : most), sizeof *position);
+	struct colour *colour = mem_array(4 * (scene->line_count < most ? scene->line_count : most), sizeof *colour);
+	glEnableClientState(GL_VERTEX_ARRAY);
+	glEnableClientState(GL_COLOR_ARRAY);
+	for (size_t first = 0; first < scene->line_count; first += most) {
+		const size_t count = scene->line_count - first < most ? scene->line_count - first : most;
+		for (size_t i = 0; i < count; i++) {
+			line_corners(position + 12 * i, camera, &scene->line[first + i]);
+			for (int k = 0; k < 4; k++)
+				colour[4 * i + k] = faded(scene->line[first + i].colour, position[12 * i + 3 * k + 2], fades);
 		}
-		float at[2][3];
-		/* Wider lines win over narrower ones. */
-		const double lift = LIFT * (1 + 0.2 * fmin(width, 5));
-		project(at[0], camera, line->from, lift);
-		project(at[1], camera, line->to, lift);
-		for (int k = 0; k < 2; k++) {
-			set_colour(faded(line->colour, at[k][2], fades));
-			glVertex3fv(at[k]);
-		}
+		glVertexPointer(3, GL_FLOAT, 0, position);
+		glColorPointer(3, GL_UNSIGNED_BYTE, 0, colour);
+		glDrawArrays(GL_QUADS, 0, (GLsizei)(4 * count));
+		glFinish();
 	}
-	if (scene->line_count > 0)
-		glEnd();
+	glDisableClientState(GL_VERTEX_ARRAY);
+	glDisableClientState(GL_COLOR_ARRAY);
+	free(position);
+	free(colour);
 }
 
 static void draw_disc(const float at[3], double radius_x, double radius_y, double inner)

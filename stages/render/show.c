@@ -64,8 +64,16 @@ static bool show_packed(struct scene *scene, const struct input *input, const st
 	if (!ffx_decode(&ffx, input->data, input->size, input->shown, fault))
 		return false;
 	ffx_to_cage(&cage, &ffx);
+	struct show_options shown = *options;
+	const bool has_patches = ffx.face_patch != NULL;
+	if (!has_patches && shown.colouring == COLOUR_AUTO)
+		shown.colouring = COLOUR_SHADED;
 	ffx_free(&ffx);
-	const bool done = show_cage(scene, &cage, input->shown, options, fault);
+	if (!has_patches && shown.colouring == COLOUR_PATCH) {
+		cage_free(&cage);
+		return fault_set(fault, EX_BAD_INPUT, "%s: the packed cage has no patches to colour by", input->shown);
+	}
+	const bool done = show_cage(scene, &cage, input->shown, &shown, fault);
 	cage_free(&cage);
 	return done;
 }
