@@ -51,7 +51,7 @@ static void report_repairs(const struct repair_report *report, const char *shown
 	for (int kind = 0; kind < REPAIR_KIND_COUNT; kind++) {
 		if (report->count[kind] == 0)
 			continue;
-		if (kind == REPAIR_WELDED_EXACT || kind == REPAIR_POLYGON_TRIANGULATED)
+		if (kind == REPAIR_WELDED_EXACT || kind == REPAIR_POLYGON_TRIANGULATED || kind == REPAIR_UNUSED_VERTEX)
 			tool_say("%s: %zu %s", shown, report->count[kind], repair_name[kind]);
 		else
 			tool_warn("%s: %zu %s", shown, report->count[kind], repair_name[kind]);

@@ -1,0 +1,36 @@
+/* Smooth patch borders by a label energy (the patch method's section 3.3). */
+#ifndef CAGEWRIGHT_LABELSMOOTH_H
+#define CAGEWRIGHT_LABELSMOOTH_H
+
+#include "stages/rectify/partition.h"
+
+/* How badly a triangle suits a label, >= 0; 1 weighs about as much as one border edge of a triangle of typical width. */
+typedef double label_cost(const void *context, idx_t triangle, idx_t label);
+
+/* By the patch's surface: angle between normals over 15 degrees, distance of the corners over 0.002 of the longest side;
+ * free patches by the difference of curvatures. context: struct partition. At most 4. */
+label_cost label_surface_cost;
+
+struct labelsmooth_options {
+	label_cost *cost;
+	const void *context;
+	const idx_t *family;  /* a label: only borders between labels of one family >= 0 move; NULL: only those between groups */
+	const double *scale;  /* a label: typical width of its triangles; NULL: that of the whole mesh */
+	int rings;            /* how many triangles a border may move */
+	double loss_most;     /* share of its area that a patch may lose */
+	int rounds;
+};
+
+struct labelsmooth_counts {
+	size_t relabelled;    /* triangles, in all rounds */
+	int rounds;
+	size_t unfinished;    /* cuts that met the limit of their iterations */
+};
+
+/* Minimise sum over triangles of area * cost + sum over edges between labels of lambda * length * omega, where omega is 0 on
+ * sharp edges and else max(0.1, 1 - bend / 40 degrees), lambda half a typical edge. For two neighbouring patches at a time the
+ * best border within the rings is a minimum cut (swap moves: Boykov, Veksler, Zabih 2001); pairs by number, rounds until
+ * nothing changes. A move that would take more than its share of a patch is not made. counts is added to. */
+void labelsmooth(struct partition *p, const struct labelsmooth_options *options, struct labelsmooth_counts *counts);
+
+#endif
