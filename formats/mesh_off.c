@@ -20,7 +20,7 @@ static bool read_keyword(struct text *text)
 	for (const char *prefix = "CN"; *prefix; prefix++)
 		if (i < word.length && word.text[i] == *prefix)
 			i++;
-	if (i < word.length && (word.text[i] == '4' || word.text[i] == 'n'))
+	if (i + 4 <= word.length && (word.text[i] == '4' || word.text[i] == 'n') && (word.text[i + 1] == 'n' || word.text[i + 1] == 'O'))
 		return text_fault(text, "only OFF files in three dimensions can be read");
 	if (word.length < i + 3 || strncasecmp(word.text + i, "off", 3) != 0)
 		return text_fault(text, "'OFF' should stand at the beginning");
@@ -86,10 +86,15 @@ static bool read_body(struct text *text, struct mesh_builder *builder)
 {
 	size_t vertices, faces, edges;
 	struct word word;
-	if (!read_keyword(text) || !read_count(text, "vertices", &vertices) || !read_count(text, "faces", &faces))
+	if (!read_keyword(text) || !read_count(text, "vertices", &vertices))
 		return false;
-	if (text_word_of_line(text, &word)) { /* the number of edges: unused, often 0, sometimes absent */
-		text->at = word.text;
+	const size_t line = text->line;
+	if (!read_count(text, "faces", &faces))
+		return false;
+	/* The number of edges: unused, often 0, sometimes absent from a line that has the other two. */
+	const char *const after = text->at;
+	if (text->line != line || text_word_of_line(text, &word)) {
+		text->at = after;
 		if (!read_count(text, "edges", &edges))
 			return false;
 	}

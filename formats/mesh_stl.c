@@ -111,7 +111,7 @@ bool mesh_read_stl_binary(struct mesh *mesh, const struct input *input, struct f
 {
 	*mesh = (struct mesh){0};
 	if (input->size < STL_HEADER_SIZE)
-		return fault_set(fault, EX_BAD_INPUT, "%s: %zu bytes are too few for an STL file", input->shown, input->size);
+		return fault_set(fault, EX_BAD_INPUT, "%s: no STL file: text begins with 'solid', and %zu bytes are too few for a binary one", input->shown, input->size);
 	const size_t promised = little32(input->data + 80), rest = input->size - STL_HEADER_SIZE;
 	if (rest != promised * STL_FACET_SIZE)
 		return fault_set(fault, EX_BAD_INPUT, "%s: byte 80: the header promises %zu facets, the file has room for %zu%s", input->shown, promised,
