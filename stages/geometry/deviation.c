@@ -9,6 +9,11 @@
 /* Normals closer than this are taken as equal at once, without looking for a better one among equally near faces. */
 #define SAME_NORMAL_RAD 1e-7
 
+/* Climbing to the maximum: from this many triangles, by this many steps at most, until the step is this share of a side. */
+#define CLIMB_PEAKS 400
+#define CLIMB_TRIES 24
+#define CLIMB_LEAST_STEP 0.004
+
 struct agreement {
 	const struct nearest *to;
 	const double *normal;
@@ -70,6 +75,88 @@ static size_t used_vertices(idx_t *vertex, const struct deviation_surface *surfa
 	return count;
 }
 
+/* A triangle with the highest of its samples. */
+struct peak {
+	double distance;
+	size_t sample;
+};
+
+static int compare_peaks(const void *a, const void *b)
+{
+	const struct peak *x = a, *y = b;
+	if (x->distance != y->distance)
+		return x->distance > y->distance ? -1 : 1;
+	return (x->sample > y->sample) - (x->sample < y->sample);
+}
+
+/* Move p inside triangle a b c to where the distance is larger: steps along three directions, halved when none helps. Returns the
+ * distance there. */
+static double climb(double p[3], double distance, const double a[3], const double b[3], const double c[3], const struct nearest *to)
+{
+	double direction[3][3];
+	sub3(direction[0], b, a);
+	sub3(direction[1], c, b);
+	sub3(direction[2], a, c);
+	double step = 0.25;
+	for (int tries = 0; tries < CLIMB_TRIES && step > CLIMB_LEAST_STEP; tries++) {
+		double best[3], most = distance;
+		copy3(best, p);
+		for (int k = 0; k < 6; k++) {
+			double moved[3], inside[3], weight[3];
+			copy3(moved, p);
+			add_scaled3(moved, k % 2 == 0 ? step : -step, direction[k / 2]);
+			nearest_on_triangle(inside, weight, moved, a, b, c);
+			const double there = nearest_point(to, inside, INFINITY, NULL).distance;
+			if (there > most) {
+				most = there;
+				copy3(best, inside);
+			}
+		}
+		if (most > distance) {
+			distance = most;
+			copy3(p, best);
+		} else {
+			step /= 2;
+		}
+	}
+	return distance;
+}
+
+/* Samples miss the tops of the distance by their spacing: climb from the best sample of each of the worst triangles. Writes the
+ * highest point to worst and returns its distance; at least the given one. */
+static double climb_peaks(double worst[3], double distance_so_far, const double *point, const idx_t *triangle, const double *distance,
+                          size_t count, const struct deviation_surface *from, const struct nearest *to)
+{
+	struct peak *peak = mem_array(count, sizeof *peak);
+	size_t peak_count = 0;
+	for (size_t i = 0, j; i < count; i = j) { /* samples come triangle by triangle */
+		size_t best = i;
+		for (j = i + 1; j < count && triangle[j] == triangle[i]; j++)
+			if (distance[j] > distance[best])
+				best = j;
+		peak[peak_count++] = (struct peak){distance[best], best};
+	}
+	qsort(peak, peak_count, sizeof *peak, compare_peaks);
+	if (peak_count > CLIMB_PEAKS)
+		peak_count = CLIMB_PEAKS;
+	double *top = mem_array(4 * peak_count, sizeof *top); /* point and distance */
+#pragma omp parallel for schedule(dynamic, 4)
+	for (size_t i = 0; i < peak_count; i++) {
+		const idx_t *corner = from->triangle + 3 * (size_t)triangle[peak[i].sample];
+		copy3(top + 4 * i, point + 3 * peak[i].sample);
+		top[4 * i + 3] = climb(top + 4 * i, peak[i].distance, from->xyz + 3 * (size_t)corner[0], from->xyz + 3 * (size_t)corner[1],
+		                       from->xyz + 3 * (size_t)corner[2], to);
+	}
+	for (size_t i = 0; i < peak_count; i++)
+		if (top[4 * i + 3] > distance_so_far) {
+			distance_so_far = top[4 * i + 3];
+			copy3(worst, top + 4 * i);
+		}
+	free(peak);
+	free(top);
+	return distance_so_far;
+}
+
 bool deviation_one_way(struct deviation_side *out, const struct deviation_surface *from, const struct nearest *to, double tie,
                        const struct deviation_options *options, struct fault *fault)
 {
@@ -107,6 +194,7 @@ bool deviation_one_way(struct deviation_side *out, const struct deviation_surfac
 			worst = i;
 	out->max = distance[worst];
 	copy3(out->worst, worst < n ? point + 3 * worst : from->xyz + 3 * (size_t)vertex[worst - n]);
+	out->max = climb_peaks(out->worst, out->max, point, triangle, distance, n, from, to);
 	const struct foot foot = nearest_point(to, out->worst, INFINITY, NULL);
 	copy3(out->worst_foot, foot.point);
 	const double scale = out->max > 0 ? out->max : 1;

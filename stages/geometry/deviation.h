@@ -23,7 +23,8 @@ struct deviation_options {
 };
 #define DEVIATION_DEFAULTS ((struct deviation_options){.samples = 100000, .seed = 1, .tie_relative = 1e-6})
 
-/* One direction. Means and percentiles over samples uniform by area; the maximum over samples and vertices. */
+/* One direction. Means and percentiles over samples uniform by area; the maximum over samples, vertices, and the tops that a search
+ * from the worst samples finds. */
 struct deviation_side {
 	double mean, rms, p50, p95, p99, max;   /* model units */
 	double normal_mean_deg, normal_rms_deg, normal_p95_deg, normal_max_deg; /* [0, 180] */

@@ -119,6 +119,26 @@ static void cube_in_cube(void **state)
 	assert_near(d.both.normal_max_deg, 0, 1e-9);
 }
 
+static void maximum_between_the_samples(void **state)
+{
+	(void)state;
+	/* A plate 8 long over a roof valley whose two slopes meet along x = 3.7: the highest point over it is a line that 100 samples miss
+	 * by a tenth, and no vertex of the plate lies there. The slopes fall by 1 in 1, so the nearest point of a sample at height h over
+	 * the valley line is h / sqrt(2) away. */
+	const double plate[] = {0, 0, 0, 8, 0, 0, 8, 4, 0, 0, 4, 0};
+	const double valley[] = {-9, -9, 9.7, -9, 13, 9.7, 3.7, -9, -3, 3.7, 13, -3, 19.4, -9, 12.7, 19.4, 13, 12.7};
+	const idx_t slopes[] = {0, 2, 1, 1, 2, 3, 2, 4, 3, 3, 4, 5};
+	const struct deviation_surface from = {plate, 4, plate_triangle, 2};
+	struct nearest *to = nearest_new(valley, 6, slopes, 4);
+	const struct deviation_options few = {.samples = 100, .seed = 1};
+	struct deviation_side side;
+	struct fault fault = {0};
+	assert_true(deviation_one_way(&side, &from, to, 0, &few, &fault));
+	assert_near(side.max, 3 / M_SQRT2, 0.02);
+	assert_near(side.worst[0], 3.7, 0.04);
+	nearest_free(to);
+}
+
 static void far_away_and_scaled(void **state)
 {
 	(void)state;
@@ -301,6 +321,7 @@ int main(void)
 		cmocka_unit_test(parallel_plates),
 		cmocka_unit_test(turned_part_of_a_plate),
 		cmocka_unit_test(cube_in_cube),
+		cmocka_unit_test(maximum_between_the_samples),
 		cmocka_unit_test(far_away_and_scaled),
 		cmocka_unit_test(same_with_any_number_of_threads),
 		cmocka_unit_test(no_area),
