@@ -158,18 +158,27 @@ double chord_cost(void *opaque, idx_t a, idx_t b)
 	return slot->value;
 }
 
+/* Where the control point is that a vertex stands for; points inside a patch are still where the surface is. */
+static const double *control_of(const struct chord_context *context, idx_t vertex)
+{
+	const idx_t point = context->sheet->point[vertex];
+	return point == NO_INDEX ? &context->sheet->xyz[3 * (size_t)vertex] : &context->control[3 * (size_t)point];
+}
+
 double chord_triangle_cost(void *opaque, idx_t a, idx_t b, idx_t c)
 {
 	const struct chord_context *context = opaque;
 	const double *p = &context->sheet->xyz[3 * (size_t)a], *q = &context->sheet->xyz[3 * (size_t)b], *r = &context->sheet->xyz[3 * (size_t)c];
-	double normal[3], centre[3];
+	double normal[3], centre[3], outer[3];
 	area_vector3(normal, p, q, r);
 	const double doubled = normalise3(normal);
 	const double longest = fmax(distance3(p, q), fmax(distance3(q, r), distance3(r, p)));
 	for (int k = 0; k < 3; k++)
 		centre[k] = (p[k] + q[k] + r[k]) / 3;
 	const struct foot foot = foot_on_patch(context, centre);
-	const double turn = foot.triangle == NO_INDEX || doubled <= 0 ? 0 : dot3(foot.normal, normal);
+	area_vector3(outer, control_of(context, a), control_of(context, b), control_of(context, c));
+	normalise3(outer);
+	const double turn = foot.triangle == NO_INDEX || doubled <= 0 ? 0 : fmin(dot3(foot.normal, normal), dot3(foot.normal, outer));
 	const double fold = turn < 0.3 ? 300 * (0.3 - turn) : 0;
 	const double height = longest > 0 ? doubled / longest / longest : 0; /* relative; 0.87 for an equilateral triangle */
 	return fold + (height < 0.1 ? 20 * (1 - height / 0.1) : 0);

@@ -20,6 +20,7 @@ struct chord_context {
 	const struct dense *dense;
 	const struct nearest *nearest;
 	const struct sheet *sheet;
+	const double *control;    /* 3 a control point: sheet vertices that are one count as folded where either place is */
 	const struct edge_set *taken;
 	idx_t patch;
 	bool is_plane;

@@ -278,34 +278,39 @@ static void star_polygon(struct mesh_edit *edit, size_t f)
 	free(corner);
 }
 
-/* The side nearest to the error gets a point. */
-static void split_side(struct mesh_edit *edit, size_t f, const double p[3])
+/* The side of the patch's border nearest to p gets a point. */
+static bool split_side(struct mesh_edit *edit, idx_t patch, const double p[3])
 {
-	const struct ring *ring = &edit->ring[f];
 	const double *xyz = edit->draft->control.xyz;
+	const unsigned char *role = edit->draft->control.role;
 	double least = INFINITY;
 	idx_t a = NO_INDEX, b = NO_INDEX;
-	for (size_t i = 0; i < ring->count; i++) {
-		const idx_t c = ring->corner[i], d = ring->corner[(i + 1) % ring->count];
-		double cd[3], cp[3];
-		sub3(cd, &xyz[3 * (size_t)d], &xyz[3 * (size_t)c]);
-		sub3(cp, p, &xyz[3 * (size_t)c]);
-		const double squared = dot3(cd, cd);
-		const double t = squared > 0 ? fmin(fmax(dot3(cp, cd) / squared, 0), 1) : 0;
-		add_scaled3(cp, -t, cd);
-		if (norm3(cp) < least)
-			least = norm3(cp), a = c, b = d;
+	size_t face = 0;
+	for (size_t f = 0; f < edit->count; f++) {
+		const struct ring *ring = &edit->ring[f];
+		for (size_t i = 0; ring->patch == patch && i < ring->count; i++) {
+			const idx_t c = ring->corner[i], d = ring->corner[(i + 1) % ring->count];
+			if (role[c] == POINT_INSIDE || role[d] == POINT_INSIDE)
+				continue;
+			const idx_t across = face_with(edit, d, c);
+			if (across != NO_INDEX && edit->ring[across].patch == patch)
+				continue; /* a chord */
+			double cd[3], cp[3];
+			sub3(cd, &xyz[3 * (size_t)d], &xyz[3 * (size_t)c]);
+			sub3(cp, p, &xyz[3 * (size_t)c]);
+			const double squared = dot3(cd, cd);
+			const double t = squared > 0 ? fmin(fmax(dot3(cp, cd) / squared, 0), 1) : 0;
+			add_scaled3(cp, -t, cd);
+			if (norm3(cp) < least)
+				least = norm3(cp), a = c, b = d, face = f;
+		}
 	}
-	if (edit->draft->control.role[a] == POINT_INSIDE || edit->draft->control.role[b] == POINT_INSIDE)
-		return;
-	const size_t before = edit->draft->network.point_count;
+	if (a == NO_INDEX)
+		return false;
 	const idx_t point = split_point(edit, a, b);
-	if (edit->draft->network.point_count == before) {
-		edit->draft->control.count--; /* a chord between border points: a point there would not help a plane */
-		return;
-	}
-	insert_corner(edit, f, a, b, point);
+	insert_corner(edit, face, a, b, point);
 	spread(edit, a, b, point);
+	return true;
 }
 
 struct pick {
@@ -319,31 +324,51 @@ static int worst_first(const void *a, const void *b)
 	return x->error != y->error ? (x->error > y->error ? -1 : 1) : (x->face > y->face) - (x->face < y->face);
 }
 
-size_t enrich(struct draft *draft, const struct target *target, const struct patch_error *error, const double *face_error,
-              const unsigned char *want, double floor)
+/* The steps of this round: faces with their error. */
+static size_t pick_faces(struct pick *pick, const struct polygons *polygons, const struct patch_error *error, const struct face_error *face_error,
+                         const unsigned char *want, double floor)
+{
+	size_t picks = 0;
+	for (size_t f = 0; f < polygons->count; f++) {
+		const struct patch_error *patch = &error[polygons->patch[f]];
+		bool take = false;
+		if (want[polygons->patch[f]] == WANT_INSIDE)
+			take = face_error[f].distance > fmin(floor, 0.999 * patch->max) && face_error[f].distance > 0.5 * patch->max;
+		else if (want[polygons->patch[f]] == WANT_BORDER)
+			take = patch->folded > 0 ? face_error[f].folded > 0 : (idx_t)f == patch->worst_face;
+		if (take)
+			pick[picks++] = (struct pick){face_error[f].distance, (idx_t)f};
+	}
+	qsort(pick, picks, sizeof *pick, worst_first);
+	return picks;
+}
+
+size_t enrich(struct draft *draft, const struct target *target, const struct patch_error *error, const struct face_error *face_error,
+              const unsigned char *want, double floor, unsigned char *touched)
 {
 	struct mesh_edit edit = {.draft = draft, .target = target};
 	struct polygons *polygons = &draft->polygons;
 	struct pick *pick = mem_array(polygons->count, sizeof *pick);
-	size_t picks = 0;
+	const size_t picks = pick_faces(pick, polygons, error, face_error, want, floor);
 	for (size_t f = 0; f < polygons->count; f++) {
 		set_ring(&edit, f, &polygons->corner[polygons->start[f]], polygons->start[f + 1] - polygons->start[f], polygons->patch[f]);
 		edit.ring[f].touched = false;
-		const idx_t p = polygons->patch[f];
-		if (want[p] && face_error[f] > fmin(floor, 0.999 * error[p].max) && face_error[f] > 0.5 * error[p].max)
-			pick[picks++] = (struct pick){face_error[f], (idx_t)f};
 	}
-	qsort(pick, picks, sizeof *pick, worst_first);
 	size_t steps = 0;
+	unsigned char *border_done = mem_array(target->dense->patch_count, 1);
 	for (size_t i = 0; i < picks; i++) {
 		const size_t f = (size_t)pick[i].face;
-		if (edit.ring[f].touched)
-			continue;
 		const idx_t p = edit.ring[f].patch;
 		edit.split_count = 0;
-		if (is_plane(&edit, p))
-			split_side(&edit, f, error[p].worst_point);
-		else if (edit.ring[f].count == 4)
+		if (want[p] == WANT_BORDER) {
+			if (!border_done[p])
+				steps += split_side(&edit, p, error[p].folded > 0 ? error[p].fold_point : error[p].worst_point);
+			border_done[p] = 1;
+			continue;
+		}
+		if (edit.ring[f].touched)
+			continue;
+		if (edit.ring[f].count == 4)
 			split_quad(&edit, f);
 		else if (edit.ring[f].count == 3)
 			split_triangle(&edit, f);
@@ -351,26 +376,16 @@ size_t enrich(struct draft *draft, const struct target *target, const struct pat
 			star_polygon(&edit, f);
 		steps++;
 	}
-	free(pick);
-	/* Faces back, patch by patch (counting sort: stable). */
-	idx_t *order = mem_array(edit.count, sizeof *order);
-	size_t patches = 0;
-	for (size_t f = 0; f < edit.count; f++)
-		patches = (size_t)edit.ring[f].patch + 1 > patches ? (size_t)edit.ring[f].patch + 1 : patches;
-	size_t *start = mem_array(patches + 1, sizeof *start);
-	for (size_t f = 0; f < edit.count; f++)
-		start[edit.ring[f].patch + 1]++;
-	for (size_t p = 0; p < patches; p++)
-		start[p + 1] += start[p];
-	for (size_t f = 0; f < edit.count; f++)
-		order[start[edit.ring[f].patch]++] = (idx_t)f;
+	free(pick), free(border_done);
 	polygons_free(polygons);
 	polygons_init(polygons);
 	for (size_t f = 0; f < edit.count; f++) {
-		const struct ring *ring = &edit.ring[order[f]];
+		const struct ring *ring = &edit.ring[f];
 		polygons_add(polygons, ring->corner, ring->count, ring->patch);
+		touched[ring->patch] |= ring->touched;
 		free(ring->corner);
 	}
-	free(edit.ring), free(edit.edge), free(edit.split), free(order), free(start);
+	polygons_by_patch(polygons, target->dense->patch_count);
+	free(edit.ring), free(edit.edge), free(edit.split);
 	return steps;
 }

@@ -221,10 +221,10 @@ struct tally {
 	double sum[2], weight[2], normal_sum;
 };
 
-static void note_worst(struct patch_error *error, double *face_error, double distance, idx_t face, const double point[3])
+static void note_worst(struct patch_error *error, struct face_error *face_error, double distance, idx_t face, const double point[3])
 {
-	if (face_error && distance > face_error[face])
-		face_error[face] = distance;
+	if (face_error && distance > face_error[face].distance)
+		face_error[face].distance = distance;
 	if (distance > error->max) {
 		error->max = distance;
 		error->worst_face = face;
@@ -232,7 +232,34 @@ static void note_worst(struct patch_error *error, double *face_error, double dis
 	}
 }
 
-bool joint_measure(struct patch_error *error, double *face_error, size_t patch_count, const struct draft *draft, const struct target *target, struct fault *fault)
+/* Triangles of the refined surface against the normals of the target under their corners. */
+static void measure_folds(struct patch_error *error, size_t patch_count, struct face_error *face_error, const struct terms *terms, const struct foot *feet)
+{
+	double *largest = mem_array(patch_count, sizeof *largest); /* folded triangle of each patch */
+	for (size_t t = 0; t < terms->triangle_count; t++) {
+		const idx_t *v = &terms->triangle[3 * t];
+		const double *a = &terms->level.xyz[3 * (size_t)v[0]], *b = &terms->level.xyz[3 * (size_t)v[1]], *c = &terms->level.xyz[3 * (size_t)v[2]];
+		double normal[3], under[3] = {0, 0, 0};
+		area_vector3(normal, a, b, c);
+		for (int k = 0; k < 3; k++)
+			add_scaled3(under, 1, feet[v[k]].normal);
+		if (dot3(normal, under) >= 0)
+			continue;
+		struct patch_error *patch = &error[terms->triangle_patch[t]];
+		const double area = norm3(normal) / 2;
+		patch->folded += area;
+		if (face_error)
+			face_error[terms->triangle_face[t]].folded += area;
+		if (area > largest[terms->triangle_patch[t]]) {
+			largest[terms->triangle_patch[t]] = area;
+			for (int k = 0; k < 3; k++)
+				patch->fold_point[k] = (a[k] + b[k] + c[k]) / 3;
+		}
+	}
+	free(largest);
+}
+
+bool joint_measure(struct patch_error *error, struct face_error *face_error, size_t patch_count, const struct draft *draft, const struct target *target, struct fault *fault)
 {
 	struct terms terms;
 	if (!terms_make(&terms, draft, 3, false, fault))
@@ -259,6 +286,7 @@ bool joint_measure(struct patch_error *error, double *face_error, size_t patch_c
 		tally[p].weight[0] += terms.area[s];
 		note_worst(&error[p], face_error, feet[s].distance, face_of[s], &terms.level.xyz[3 * s]);
 	}
+	measure_folds(error, patch_count, face_error, &terms, feet);
 	struct nearest *nearest = nearest_new(terms.level.xyz, n, terms.triangle, terms.triangle_count);
 #pragma omp parallel for schedule(dynamic, 64)
 	for (size_t s = 0; s < target->sample_count; s++) {

@@ -42,6 +42,8 @@ struct patch_error {
 	double normal_deg;        /* mean angle between normals at reverse samples */
 	idx_t worst_face;         /* the polygon where the maximum is */
 	double worst_point[3];    /* and where, on the target or the surface */
+	double folded;            /* area of the surface that is turned by more than 90 degrees from the target under it */
+	double fold_point[3];     /* the middle of its largest triangle */
 };
 
 /* Make the cage that the draft stands for; vertex_of[control.count] (caller frees) gives the cage vertex of each control point,
@@ -51,7 +53,13 @@ void draft_cage(struct cage *cage, idx_t **vertex_of, const struct draft *draft)
 /* Optimise all control points that are not held. False with a fault when the draft is no manifold cage. */
 bool joint_fit(struct draft *draft, const struct target *target, const struct joint_options *options, struct fault *fault);
 
-/* Error of each patch (patch_count) of the draft as it is, and a face_error for every polygon (largest distance, may be NULL). */
-bool joint_measure(struct patch_error *error, double *face_error, size_t patch_count, const struct draft *draft, const struct target *target, struct fault *fault);
+/* What is wrong with a control polygon. */
+struct face_error {
+	double distance;  /* the largest of its samples, both ways */
+	double folded;    /* area */
+};
+
+/* Error of each patch (patch_count) of the draft as it is, and of every polygon (face may be NULL). */
+bool joint_measure(struct patch_error *error, struct face_error *face, size_t patch_count, const struct draft *draft, const struct target *target, struct fault *fault);
 
 #endif

@@ -57,6 +57,27 @@ void polygons_add(struct polygons *polygons, const idx_t *corner, size_t count, 
 	polygons->start[++polygons->count] = used + count;
 }
 
+void polygons_by_patch(struct polygons *polygons, size_t patch_count)
+{
+	size_t *start = mem_array(patch_count + 1, sizeof *start);
+	idx_t *order = mem_array(polygons->count, sizeof *order);
+	for (size_t f = 0; f < polygons->count; f++)
+		start[polygons->patch[f] + 1]++;
+	for (size_t p = 0; p < patch_count; p++)
+		start[p + 1] += start[p];
+	for (size_t f = 0; f < polygons->count; f++)
+		order[start[polygons->patch[f]]++] = (idx_t)f;
+	struct polygons sorted;
+	polygons_init(&sorted);
+	for (size_t i = 0; i < polygons->count; i++) {
+		const size_t f = (size_t)order[i];
+		polygons_add(&sorted, &polygons->corner[polygons->start[f]], polygons->start[f + 1] - polygons->start[f], polygons->patch[f]);
+	}
+	polygons_free(polygons);
+	*polygons = sorted;
+	free(start), free(order);
+}
+
 void polygons_free(struct polygons *polygons)
 {
 	free(polygons->corner), free(polygons->start), free(polygons->patch);
@@ -211,7 +232,7 @@ bool layout_patch(enum layout_kind *kind, struct layout_context *context, idx_t 
 	double *normal = vertex_normals(&sheet);
 	struct thinning thinning = {&sheet, context->taken, normal, sheet_diameter(&sheet)};
 	const struct sheet_cost short_edges = {thin_edge, thin_triangle, &thinning};
-	struct chord_context chords = {.dense = context->dense, .nearest = context->nearest, .sheet = &sheet, .taken = context->taken,
+	struct chord_context chords = {.dense = context->dense, .nearest = context->nearest, .sheet = &sheet, .control = context->control->xyz, .taken = context->taken,
 	                               .patch = patch, .is_plane = is_plane, .diameter = thinning.size};
 	chord_open(&chords);
 	const struct sheet_cost coherent = {chord_cost, chord_triangle_cost, &chords};
@@ -231,6 +252,7 @@ bool layout_patch(enum layout_kind *kind, struct layout_context *context, idx_t 
 		for (size_t v = 0; v < sheet.vertex_count; v++)
 			if (sheet.outgoing[v] != NO_INDEX && sheet.point[v] == NO_INDEX)
 				sheet.point[v] = control_add(context->control, &sheet.xyz[3 * v], POINT_INSIDE);
+		chords.control = context->control->xyz;
 		const struct merge_options options = {is_plane, context->flat};
 		merge_triangles(context, &chords, &options, patch);
 		*kind = context->polygons->count - faces_before == 1 && loop_count == 1 ? LAYOUT_FACE : LAYOUT_CHORDS;

@@ -30,6 +30,8 @@ struct polygons {
 };
 void polygons_init(struct polygons *polygons);
 void polygons_add(struct polygons *polygons, const idx_t *corner, size_t count, idx_t patch);
+/* Sort by patch, stable: the faces of a patch lie together. */
+void polygons_by_patch(struct polygons *polygons, size_t patch_count);
 void polygons_free(struct polygons *polygons);
 
 /* How a patch was laid out, for the report. */
