@@ -169,9 +169,9 @@ static size_t split_half(struct soup *soup, size_t h, idx_t m)
  * sheet: one edge by its indices, though two by its pairs. A vertex of its own in the middle tells them apart. */
 static bool separate_doubles(struct soup *soup)
 {
-	const size_t count = 3 * soup->triangle_count;
+	const size_t old_triangles = soup->triangle_count, count = 3 * old_triangles;
 	struct side *side = soup_sides(soup);
-	unsigned char *touched = mem_array(soup->triangle_count, 1);
+	unsigned char *touched = mem_array(old_triangles, 1); /* whose half-edges are no longer those of side: next time */
 	bool found = false;
 	for (size_t i = 0, end; i < count; i = end) {
 		end = side_run(side, count, i);
@@ -182,7 +182,8 @@ static bool separate_doubles(struct soup *soup)
 		for (size_t k = i + 1; k < end; k++) { /* the first sheet keeps the edge */
 			const size_t g = (size_t)side[k].half;
 			const idx_t partner = soup->pair[g];
-			if (g == (size_t)side[i].half || partner == side[i].half || touched[g / 3] || (partner != NO_INDEX && touched[partner / 3]))
+			if (g == (size_t)side[i].half || partner == side[i].half || touched[g / 3] ||
+			    (partner != NO_INDEX && ((size_t)partner >= count || touched[partner / 3])))
 				continue;
 			double middle[3];
 			for (size_t c = 0; c < 3; c++)
