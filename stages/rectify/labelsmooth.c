@@ -11,8 +11,8 @@
 #define SHARP_RAD (40 / DEGREES)    /* bends from here on cost a border the least */
 #define OMEGA_LOW 0.1
 #define LAMBDA 0.6                  /* of the typical width: half the edge of an equilateral triangle of that height */
-#define NORMAL_RAD (15 / DEGREES)   /* deviations that count as 1 */
-#define DISTANCE 0.002
+#define NORMAL_RAD (6 / DEGREES)    /* deviations that count as 1 */
+#define DISTANCE 0.0005
 #define CURVATURE 0.5
 #define COST_MOST 4
 #define GAIN_LEAST 1e-9             /* of the energy: less is rounding, and would make a second run move again */
@@ -63,13 +63,17 @@ struct smoother {
 	struct mincut_edge *edge;
 };
 
+/* What a border along h costs. Its width counts as that of the narrower triangle beside it, at most a typical one:
+ * otherwise the thin end of a patch would cost more border than it has area to speak for it, and be eaten up. */
 static double border_weight(const struct smoother *s, idx_t h, idx_t label)
 {
 	const struct partition *p = s->p;
-	if (p->kind[h])
+	if (p->kind[h] || !(p->length[h] > 0))
 		return 0;
 	const double scale = s->options->scale ? s->options->scale[label] : p->scale;
-	return LAMBDA * scale * p->length[h] * fmax(OMEGA_LOW, 1 - fabs(p->bend[h]) / SHARP_RAD);
+	const double thinner = fmin(p->area[p->half.face[h]], p->area[p->half.face[p->half.twin[h]]]);
+	const double width = fmin(scale, 2 * thinner / p->length[h]);
+	return LAMBDA * width * p->length[h] * fmax(OMEGA_LOW, 1 - fabs(p->bend[h]) / SHARP_RAD);
 }
 
 /* Triangles of the two patches within the rings of their common border, over smooth edges. */
@@ -154,7 +158,8 @@ static size_t smooth_pair(struct smoother *s, const struct border *border, size_
 	bool is_good = after < before * (1 - GAIN_LEAST);
 	for (int k = 0; k < 2; k++) {
 		const double area = p->patch_area[pair[k]] - moved[k] + moved[!k];
-		is_good = is_good && area >= (1 - s->options->loss_most) * s->area_at_start[pair[k]];
+		is_good = is_good && area >= (1 - s->options->loss_most) * p->patch_area[pair[k]];
+		is_good = is_good && area >= (1 - 2 * s->options->loss_most) * s->area_at_start[pair[k]];
 	}
 	for (size_t i = 0; i < count; i++) {
 		const idx_t t = s->band[i], wanted = pair[s->side[i]];
@@ -211,8 +216,8 @@ void labelsmooth(struct partition *p, const struct labelsmooth_options *options,
 		}
 		counts->relabelled += changed;
 		counts->rounds++;
+		partition_refresh(p);
 	}
-	partition_refresh(p);
 	free(s.area_at_start);
 	free(s.local);
 	free(s.band);

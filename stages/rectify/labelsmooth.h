@@ -17,7 +17,7 @@ struct labelsmooth_options {
 	const idx_t *family;  /* a label: only borders between labels of one family >= 0 move; NULL: only those between groups */
 	const double *scale;  /* a label: typical width of its triangles; NULL: that of the whole mesh */
 	int rings;            /* how many triangles a border may move */
-	double loss_most;     /* share of its area that a patch may lose */
+	double loss_most;     /* share of its area that a patch may lose in one move; twice that in all */
 	int rounds;
 };
 
