@@ -270,7 +270,10 @@ idx_t *ply_indices(const struct ply_element *element, const struct ply_column *c
 		}
 		char text[NUM_TEXT_SIZE];
 		num_print(text, value);
-		if (value == floor(value))
+		if (high <= low)
+			fault_set(fault, EX_BAD_INPUT, "%s: %s %zu: %s: %s does not exist, there are none", shown, element->name,
+			          item_of(element, column, i), column->name, text);
+		else if (value == floor(value))
 			fault_set(fault, EX_BAD_INPUT, "%s: %s %zu: %s: %s is not within %lld to %lld", shown, element->name,
 			          item_of(element, column, i), column->name, text, low, high - 1);
 		else

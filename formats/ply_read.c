@@ -1,5 +1,4 @@
 /* Reading PLY: header, then tables. Every count is bounded by what the remaining bytes can hold before memory is taken. */
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -71,15 +70,22 @@ static char *copy_word(struct word word)
 	return copy;
 }
 
-/* For messages: a name of at most this many bytes. */
-static int shown_length(struct word word)
+#define SHOWN_LENGTH 40
+
+/* For messages: a word of reasonable length, without bytes that end a string or steer a terminal. */
+static const char *show(char room[SHOWN_LENGTH + 1], struct word word)
 {
-	return word.length < 40 ? (int)word.length : 40;
+	const size_t length = word.length < SHOWN_LENGTH ? word.length : SHOWN_LENGTH;
+	for (size_t i = 0; i < length; i++)
+		room[i] = (unsigned char)word.text[i] < ' ' ? '?' : word.text[i];
+	room[length] = 0;
+	return room;
 }
 
 static bool header_fault(struct reader *r, const char *what, struct word word)
 {
-	return fault_set(r->fault, EX_BAD_INPUT, "%s:%zu: %s '%.*s'", r->shown, r->line, what, shown_length(word), word.text);
+	char room[SHOWN_LENGTH + 1];
+	return fault_set(r->fault, EX_BAD_INPUT, "%s:%zu: %s '%s'", r->shown, r->line, what, show(room, word));
 }
 
 static bool parse_type(struct reader *r, struct word word, enum ply_type *type)
@@ -91,7 +97,8 @@ static bool parse_type(struct reader *r, struct word word, enum ply_type *type)
 			return true;
 		}
 	}
-	return header_fault(r, "unknown type", word);
+	return word.length ? header_fault(r, "unknown type", word)
+	                   : fault_set(r->fault, EX_BAD_INPUT, "%s:%zu: property without type", r->shown, r->line);
 }
 
 static bool parse_format(struct reader *r, struct word rest)
@@ -292,8 +299,9 @@ static bool would_print(const char *text, size_t length, enum ply_type type, dou
 
 static bool ascii_fault(struct reader *r, const struct ply_element *element, size_t item, const char *what, struct word word)
 {
-	return fault_set(r->fault, EX_BAD_INPUT, "%s:%zu: %s %zu: %s '%.*s'", r->shown, r->line, element->name, item, what,
-	                 shown_length(word), word.text);
+	char room[SHOWN_LENGTH + 1];
+	return fault_set(r->fault, EX_BAD_INPUT, "%s:%zu: %s %zu: %s '%s'", r->shown, r->line, element->name, item, what,
+	                 show(room, word));
 }
 
 /* The next number of a line: false with a fault when there is none or it is none of its type. */
@@ -314,8 +322,11 @@ static bool ascii_number(struct reader *r, struct word *rest, const struct ply_e
 	long long low, high, whole;
 	ply_type_range(type, &low, &high);
 	if (!num_parse_integer(word->text, word->length, low, high, &whole)) {
-		double number;
-		if (num_parse(word->text, word->length, &number) && number == floor(number) && isfinite(number))
+		const size_t sign = word->text[0] == '-' || word->text[0] == '+';
+		size_t digits = 0;
+		while (sign + digits < word->length && (unsigned)(word->text[sign + digits] - '0') < 10)
+			digits++;
+		if (digits && sign + digits == word->length)
 			return ascii_fault(r, element, item, "out of the property's range:", *word);
 		return ascii_fault(r, element, item, "not a whole number:", *word);
 	}
