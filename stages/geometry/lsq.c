@@ -1,5 +1,5 @@
 /* Weighted least squares for points in space: normal equations in symmetric 3x3 blocks, Cholesky factorisation (dense for
- * small systems, CHOLMOD's simplicial one with AMD ordering otherwise: Davis and Hager 2009). */
+ * small or well-filled systems, CHOLMOD's simplicial one with AMD ordering otherwise: Davis and Hager 2009). */
 #include "stages/geometry/lsq.h"
 
 #include <math.h>
@@ -8,9 +8,12 @@
 
 #include <suitesparse/cholmod.h>
 
-/* Up to here all blocks are kept in a triangle and the factor is dense: patches of a few dozen points, where
- * hashing and ordering cost more than arithmetic. */
-enum { DENSE_POINTS = 96 };
+/* Up to here the number of a block is looked up in a triangle (2 MB at most), beyond in a hash. */
+enum { TABLE_POINTS = 1024 };
+/* The dense factor does about ten times the operations in the time of the simplicial one, which has no blocks to work in. So it
+ * is taken for few free points, and for more of them when so many of all pairs are coupled that fill would be nearly complete. */
+enum { DENSE_ALWAYS = 64, DENSE_AT_MOST = 400 };
+static const double dense_share = 0.08;
 /* Ratio of the smallest to the largest squared pivot below which a matrix counts as singular. */
 static const double least_rcond = 1e-15;
 
@@ -21,13 +24,13 @@ struct lsq {
 	idx_t *free_number;      /* a point: its place among the free ones, or NO_INDEX */
 	size_t free_count;
 	double *right;           /* 3 a point: sum of w c M target */
-	/* lower triangle of blocks, each symmetric by itself: xx xy xz yy yz zz */
+	/* lower triangle of blocks in order of arrival, each symmetric by itself: xx xy xz yy yz zz */
 	double *block;
-	bool is_dense;           /* block (i, j <= i) is number i (i + 1) / 2 + j; else by the hash below, numbers in order of arrival */
 	size_t block_count, block_room;
-	idx_t *row, *column;     /* sparse: of each block */
-	idx_t *slot;             /* open addressing: block number + 1, 0 = empty */
-	size_t slot_count;       /* a power of two */
+	idx_t *row, *column;     /* of each block */
+	bool has_table;          /* slot[i (i + 1) / 2 + j] is block (i, j); else a hash with open addressing */
+	idx_t *slot;             /* block number + 1, 0 = none yet */
+	size_t slot_count;       /* of the hash: a power of two */
 	/* what CHOLMOD knows */
 	cholmod_common common;
 	cholmod_sparse *matrix;
@@ -49,13 +52,8 @@ struct lsq *lsq_new(size_t point_count, const double *xyz, const unsigned char *
 	for (size_t i = 0; i < point_count; i++)
 		lsq->free_number[i] = fixed && fixed[i] ? NO_INDEX : (idx_t)lsq->free_count++;
 	lsq->right = mem_array(3 * point_count, sizeof *lsq->right);
-	lsq->is_dense = point_count <= DENSE_POINTS;
-	if (lsq->is_dense) {
-		lsq->block_count = point_count * (point_count + 1) / 2;
-		lsq->block = mem_array(6 * lsq->block_count, sizeof *lsq->block);
-		return lsq;
-	}
-	lsq->slot_count = 1024;
+	lsq->has_table = point_count <= TABLE_POINTS;
+	lsq->slot_count = lsq->has_table ? point_count * (point_count + 1) / 2 : 1 << 14;
 	lsq->slot = mem_array(lsq->slot_count, sizeof *lsq->slot);
 	cholmod_start(&lsq->common);
 	lsq->common.supernodal = CHOLMOD_SIMPLICIAL;
@@ -81,10 +79,8 @@ void lsq_free(struct lsq *lsq)
 {
 	if (lsq == NULL)
 		return;
-	if (!lsq->is_dense) {
-		forget_pattern(lsq);
-		cholmod_finish(&lsq->common);
-	}
+	forget_pattern(lsq);
+	cholmod_finish(&lsq->common);
 	free(lsq->free_number);
 	free(lsq->right);
 	free(lsq->block);
@@ -121,17 +117,9 @@ static void grow_slots(struct lsq *lsq)
 	}
 }
 
-/* The block of points i and j, i >= j. The pointer holds until the next call. */
-static double *block_at(struct lsq *lsq, idx_t i, idx_t j)
+/* Append the block of points i and j, i >= j; its number + 1. */
+static idx_t new_block(struct lsq *lsq, idx_t i, idx_t j)
 {
-	if (lsq->is_dense)
-		return lsq->block + 6 * ((size_t)i * ((size_t)i + 1) / 2 + (size_t)j);
-	size_t s = first_slot(lsq, i, j);
-	for (; lsq->slot[s]; s = (s + 1) & (lsq->slot_count - 1)) {
-		const size_t b = (size_t)lsq->slot[s] - 1;
-		if (lsq->row[b] == i && lsq->column[b] == j)
-			return lsq->block + 6 * b;
-	}
 	const size_t b = lsq->block_count++;
 	if (b == lsq->block_room) {
 		lsq->block_room = lsq->block_room ? 2 * lsq->block_room : 512;
@@ -142,10 +130,37 @@ static double *block_at(struct lsq *lsq, idx_t i, idx_t j)
 	memset(lsq->block + 6 * b, 0, 6 * sizeof *lsq->block);
 	lsq->row[b] = i;
 	lsq->column[b] = j;
-	lsq->slot[s] = (idx_t)b + 1;
+	return (idx_t)b + 1;
+}
+
+static double *hashed_block(struct lsq *lsq, idx_t i, idx_t j)
+{
+	size_t s = first_slot(lsq, i, j);
+	for (; lsq->slot[s]; s = (s + 1) & (lsq->slot_count - 1)) {
+		const size_t b = (size_t)lsq->slot[s] - 1;
+		if (lsq->row[b] == i && lsq->column[b] == j)
+			return lsq->block + 6 * b;
+	}
+	const idx_t number = lsq->slot[s] = new_block(lsq, i, j);
 	if (2 * lsq->block_count > lsq->slot_count)
 		grow_slots(lsq);
-	return lsq->block + 6 * b;
+	return lsq->block + 6 * ((size_t)number - 1);
+}
+
+/* The block of points i and j. The pointer holds until the next call. */
+static inline double *block_at(struct lsq *lsq, idx_t i, idx_t j)
+{
+	if (i < j) {
+		const idx_t t = i;
+		i = j;
+		j = t;
+	}
+	if (!lsq->has_table)
+		return hashed_block(lsq, i, j);
+	idx_t *slot = lsq->slot + (size_t)i * ((size_t)i + 1) / 2 + (size_t)j;
+	if (*slot == 0)
+		*slot = new_block(lsq, i, j);
+	return lsq->block + 6 * ((size_t)*slot - 1);
 }
 
 void lsq_add(struct lsq *lsq, const idx_t *index, const double *coefficient, size_t count, const double target[3], const double metric[6], double weight)
@@ -158,6 +173,9 @@ void lsq_add(struct lsq *lsq, const idx_t *index, const double *coefficient, siz
 	for (size_t p = 0; p < count; p++) {
 		const idx_t i = index[p];
 		const bool i_is_free = lsq->free_number[i] != NO_INDEX;
+		double mp[6];
+		for (int k = 0; k < 6; k++)
+			mp[k] = coefficient[p] * m[k];
 		if (i_is_free)
 			for (int k = 0; k < 3; k++)
 				lsq->right[3 * i + k] += coefficient[p] * t[k];
@@ -165,11 +183,15 @@ void lsq_add(struct lsq *lsq, const idx_t *index, const double *coefficient, siz
 			const idx_t j = index[q];
 			if (!i_is_free && lsq->free_number[j] == NO_INDEX)
 				continue;
-			double *b = i >= j ? block_at(lsq, i, j) : block_at(lsq, j, i);
+			double *restrict b = block_at(lsq, i, j);
 			/* the same point at two places of the row: (p, q) and (q, p) meet in one block */
-			const double c = (i == j && p != q ? 2 : 1) * coefficient[p] * coefficient[q];
-			for (int k = 0; k < 6; k++)
-				b[k] += c * m[k];
+			const double c = i == j && p != q ? 2 * coefficient[q] : coefficient[q];
+			b[0] += c * mp[0];
+			b[1] += c * mp[1];
+			b[2] += c * mp[2];
+			b[3] += c * mp[3];
+			b[4] += c * mp[4];
+			b[5] += c * mp[5];
 		}
 	}
 }
@@ -189,18 +211,10 @@ void lsq_add_point(struct lsq *lsq, idx_t i, const double target[3], double weig
 double lsq_scale(const struct lsq *lsq)
 {
 	double sum = 0;
-	if (lsq->is_dense) {
-		for (size_t i = 0; i < lsq->point_count; i++) {
-			const double *b = lsq->block + 6 * (i * (i + 1) / 2 + i);
-			if (lsq->free_number[i] != NO_INDEX)
-				sum += b[0] + b[3] + b[5];
-		}
-	} else {
-		for (size_t k = 0; k < lsq->block_count; k++) {
-			const double *b = lsq->block + 6 * k;
-			if (lsq->row[k] == lsq->column[k] && lsq->free_number[lsq->row[k]] != NO_INDEX)
-				sum += b[0] + b[3] + b[5];
-		}
+	for (size_t k = 0; k < lsq->block_count; k++) {
+		const double *b = lsq->block + 6 * k;
+		if (lsq->row[k] == lsq->column[k] && lsq->free_number[lsq->row[k]] != NO_INDEX)
+			sum += b[0] + b[3] + b[5];
 	}
 	return lsq->free_count ? sum / (3 * (double)lsq->free_count) : 0;
 }
@@ -236,20 +250,28 @@ static double dot(const double *a, const double *b, size_t count)
 	return (s[0] + s[1]) + (s[2] + s[3]);
 }
 
+/* Rows that are worked on together: a row above is then read once for all of them. */
+enum { ROW_BLOCK = 24 };
+
 /* Cholesky in place, rows of the lower triangle; then x := A^-1 x. */
 static bool dense_solve(double *a, double *x, size_t n)
 {
 	double largest = 0, smallest = INFINITY;
-	for (size_t i = 0; i < n; i++) {
-		double *ai = a + i * n;
-		for (size_t j = 0; j < i; j++)
-			ai[j] = (ai[j] - dot(ai, a + j * n, j)) / a[j * n + j];
-		const double pivot = ai[i] - dot(ai, ai, i);
-		if (!(pivot > 0))
-			return false;
-		ai[i] = sqrt(pivot);
-		largest = fmax(largest, pivot);
-		smallest = fmin(smallest, pivot);
+	for (size_t first = 0; first < n; first += ROW_BLOCK) {
+		const size_t end = first + ROW_BLOCK < n ? first + ROW_BLOCK : n;
+		for (size_t j = 0; j < end; j++) {
+			double *aj = a + j * n;
+			if (j >= first) {
+				const double pivot = aj[j] - dot(aj, aj, j);
+				if (!(pivot > 0))
+					return false;
+				aj[j] = sqrt(pivot);
+				largest = fmax(largest, pivot);
+				smallest = fmin(smallest, pivot);
+			}
+			for (size_t i = j < first ? first : j + 1; i < end; i++)
+				a[i * n + j] = (a[i * n + j] - dot(a + i * n, aj, j)) / aj[j];
+		}
 	}
 	if (!(smallest > least_rcond * largest))
 		return false;
@@ -268,19 +290,29 @@ static bool solve_dense(const struct lsq *lsq, double *x)
 {
 	const size_t n = 3 * lsq->free_count;
 	double *a = mem_array(n * n, sizeof *a);
-	for (size_t i = 0; i < lsq->point_count; i++)
-		for (size_t j = 0; j <= i; j++) {
-			const double *b = lsq->block + 6 * (i * (i + 1) / 2 + j);
-			const idx_t fi = lsq->free_number[i], fj = lsq->free_number[j];
-			subtract_fixed(x, lsq, (idx_t)i, (idx_t)j, b);
-			if (fi == NO_INDEX || fj == NO_INDEX)
-				continue;
-			for (size_t k = 0; k < 9; k++)
-				a[(3 * (size_t)fi + k / 3) * n + 3 * (size_t)fj + k % 3] = b[packed[k]];
-		}
+	for (size_t k = 0; k < lsq->block_count; k++) {
+		const double *b = lsq->block + 6 * k;
+		const idx_t i = lsq->free_number[lsq->row[k]], j = lsq->free_number[lsq->column[k]];
+		subtract_fixed(x, lsq, lsq->row[k], lsq->column[k], b);
+		if (i == NO_INDEX || j == NO_INDEX)
+			continue;
+		for (size_t e = 0; e < 9; e++) /* free numbers rise with points: i >= j */
+			a[(3 * (size_t)i + e / 3) * n + 3 * (size_t)j + e % 3] = b[packed[e]];
+	}
 	const bool good = dense_solve(a, x, n);
 	free(a);
 	return good;
+}
+
+static bool is_well_filled(const struct lsq *lsq)
+{
+	const size_t n = lsq->free_count;
+	if (n <= DENSE_ALWAYS || n > DENSE_AT_MOST)
+		return n <= DENSE_ALWAYS;
+	size_t coupled = 0;
+	for (size_t k = 0; k < lsq->block_count; k++)
+		coupled += lsq->free_number[lsq->row[k]] != NO_INDEX && lsq->free_number[lsq->column[k]] != NO_INDEX;
+	return (double)coupled > dense_share * (double)n * (double)(n + 1) / 2;
 }
 
 /* The pattern of the free part as compressed columns (lower triangle, rows rising), and its ordering. */
@@ -377,7 +409,7 @@ bool lsq_solve(struct lsq *lsq, double *xyz_out)
 	for (size_t i = 0; i < lsq->point_count; i++)
 		if (lsq->free_number[i] != NO_INDEX)
 			memcpy(x + 3 * lsq->free_number[i], lsq->right + 3 * i, 3 * sizeof *x);
-	bool good = lsq->free_count == 0 || (lsq->is_dense ? solve_dense(lsq, x) : solve_sparse(lsq, x));
+	bool good = lsq->free_count == 0 || (is_well_filled(lsq) ? solve_dense(lsq, x) : solve_sparse(lsq, x));
 	for (size_t i = 0; good && i < 3 * lsq->free_count; i++)
 		good = isfinite(x[i]);
 	for (size_t i = 0; good && i < lsq->point_count; i++) {
