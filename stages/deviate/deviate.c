@@ -6,6 +6,7 @@
 #include <stdlib.h>
 
 #include "formats/mesh.h"
+#include "stages/deviate/creases.h"
 #include "stages/geometry/deviation.h"
 #include "stages/geometry/trimesh.h"
 #include "stages/tool/tool.h"
@@ -13,21 +14,23 @@
 struct options {
 	const char *path[2];
 	struct deviation_options measure;
+	double sharp_deg;              /* bending of what counts as a sharp edge */
 	struct tool_length mean, max;  /* bounds; value 0: not asked for */
 	struct tool_common common;
 };
 
 static const char usage[] =
-	"usage: deviate [-qv] [--samples n] [--seed n] [--mean length] [--max length]\n"
-	"               [-o file] original other\n";
+	"usage: deviate [-qv] [--samples n] [--seed n] [--sharp degrees]\n"
+	"               [--mean length] [--max length] [-o file] original other\n";
 
 static struct options parse_options(int argc, char **argv)
 {
-	struct options opt = {.measure = DEVIATION_DEFAULTS};
+	struct options opt = {.measure = DEVIATION_DEFAULTS, .sharp_deg = 40};
 	int samples = (int)opt.measure.samples, seed = (int)opt.measure.seed;
 	const struct tool_option table[] = {
 		{"samples", 0, TOOL_INTEGER, &samples, 100, 100000000},
 		{"seed", 0, TOOL_INTEGER, &seed, 0, 2147483646},
+		{"sharp", 0, TOOL_NUMBER, &opt.sharp_deg, 0, 180},
 		{"mean", 0, TOOL_LENGTH, &opt.mean, 0, 0},
 		{"max", 0, TOOL_LENGTH, &opt.max, 0, 0},
 		{0},
@@ -82,6 +85,32 @@ static void print_side(FILE *file, const char *name, const struct deviation_side
 	fprintf(file, "%s_turned_share=%.6g\n", name, side->turned_share);
 }
 
+static void print_creases(FILE *file, const struct trimesh surface[2], const struct options *opt, double side)
+{
+	static const char *const name[3] = {"ab", "ba", "sym"};
+	struct creases creases[2];
+	struct crease_distance distance[3];
+	for (int i = 0; i < 2; i++) {
+		creases_find(&creases[i], surface[i].mesh.xyz, surface[i].triangle, surface[i].triangle_count, opt->sharp_deg);
+		fprintf(file, "%c_sharp_length=%.9g\n", "ab"[i], creases[i].length);
+	}
+	if (creases[0].count > 0 && creases[1].count > 0) {
+		for (int i = 0; i < 2; i++)
+			creases_distance(&distance[i], surface[i].mesh.xyz, &creases[i], surface[1 - i].mesh.xyz, surface[1 - i].mesh.vertex_count,
+			                 &creases[1 - i], opt->measure.samples / 10);
+		distance[2].mean = (distance[0].mean + distance[1].mean) / 2;
+		distance[2].rms = hypot(distance[0].rms, distance[1].rms) / M_SQRT2;
+		distance[2].max = fmax(distance[0].max, distance[1].max);
+		for (int i = 0; i < 3; i++) {
+			fprintf(file, "%s_sharp_mean_side=%.9g\n", name[i], distance[i].mean / side);
+			fprintf(file, "%s_sharp_rms_side=%.9g\n", name[i], distance[i].rms / side);
+			fprintf(file, "%s_sharp_max_side=%.9g\n", name[i], distance[i].max / side);
+		}
+	}
+	creases_free(&creases[0]);
+	creases_free(&creases[1]);
+}
+
 static void print_point(FILE *file, const char *name, const double point[3])
 {
 	fprintf(file, "%s=%.9g,%.9g,%.9g\n", name, point[0], point[1], point[2]);
@@ -118,6 +147,7 @@ int main(int argc, char **argv)
 	print_side(output.file, "ab", &deviation.ab, &deviation);
 	print_side(output.file, "ba", &deviation.ba, &deviation);
 	print_side(output.file, "sym", &deviation.both, &deviation);
+	print_creases(output.file, surface, &opt, deviation.side);
 	print_point(output.file, "ab_max_at", deviation.ab.worst);
 	print_point(output.file, "ba_max_at", deviation.ba.worst);
 	const bool is_over = exceeds(opt.mean, deviation.both.mean, deviation.side) || exceeds(opt.max, deviation.both.max, deviation.side);

@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "stages/deviate/creases.h"
 #include "stages/geometry/deviation.h"
 #include "stages/geometry/sample.h"
 #include "stages/geometry/triangulate.h"
@@ -270,6 +271,45 @@ static void polygons_keep_their_area(void **state)
 	check_cut(comb, corner, 4 * TEETH, area);
 }
 
+static void creases_of_cubes(void **state)
+{
+	(void)state;
+	/* Twelve edges of a cube, not the diagonals of its faces. The edges of a cube 0.1 higher: the four at the bottom are the same, the
+	 * upright ones agree but for the last tenth, the four at the top are 0.1 away. */
+	double a[24], b[24];
+	make_cube(a, 0, 1);
+	make_cube(b, 0, 1);
+	for (int v = 4; v < 8; v++)
+		b[3 * v + 2] = 1.1;
+	struct creases of_a, of_b;
+	creases_find(&of_a, a, cube_triangle, 12, 40);
+	creases_find(&of_b, b, cube_triangle, 12, 40);
+	assert_int_equal(of_a.count, 12);
+	assert_near(of_a.length, 12, 1e-14);
+	assert_near(of_b.length, 12.4, 1e-14);
+	struct crease_distance distance;
+	creases_distance(&distance, a, &of_a, b, 8, &of_b, 12000);
+	/* From the lower one: along its top edges, 0.1 up except where an upright edge of the other is nearer, within 0.1 of the corners,
+	 * where it is the distance along the edge: 4 * (0.8 * 0.1 + 2 * 0.1^2 / 2) over 12. */
+	assert_near(distance.mean, 4 * (0.08 + 0.01) / 12, 1e-5);
+	assert_near(distance.max, 0.1, 1e-12);
+	creases_distance(&distance, b, &of_b, a, 8, &of_a, 12400);
+	/* From the higher one: 0.1 along its top edges, and on average 0.05 along the last tenths of its upright ones. */
+	assert_near(distance.mean, (4 * 0.1 + 4 * 0.1 * 0.05) / 12.4, 1e-5);
+	assert_near(distance.max, 0.1, 1e-12);
+	creases_free(&of_a);
+	creases_free(&of_b);
+	/* With a limit above 90 degrees a cube has none; a plate has its border. */
+	creases_find(&of_a, a, cube_triangle, 12, 91);
+	assert_int_equal(of_a.count, 0);
+	creases_free(&of_a);
+	double plate[12];
+	make_plate(plate, 0, 0);
+	creases_find(&of_a, plate, plate_triangle, 2, 40);
+	assert_int_equal(of_a.count, 4);
+	creases_free(&of_a);
+}
+
 static void trimesh_counts(void **state)
 {
 	(void)state;
@@ -327,6 +367,7 @@ int main(void)
 		cmocka_unit_test(no_area),
 		cmocka_unit_test(samples_follow_area),
 		cmocka_unit_test(polygons_keep_their_area),
+		cmocka_unit_test(creases_of_cubes),
 		cmocka_unit_test(trimesh_counts),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
