@@ -23,6 +23,7 @@ struct camera {
 	double half_width, half_height;  /* model units */
 	double depth;                    /* half of the scene's extent along the view */
 	double pixel;                    /* model units a pixel of the finished picture */
+	double lift;                     /* of lines, a share of depth */
 };
 
 static void extend(double low[3], double high[3], const struct camera *camera, const double p[3])
@@ -65,9 +66,17 @@ static void aim(struct camera *camera, const struct scene *scene, const struct v
 	camera->depth = (high[2] - low[2]) / 2;
 	if (!(camera->pixel > 0))
 		camera->pixel = camera->depth > 0 ? camera->depth / shorter : 1;
+	if (view->has_centre) { /* the depth range must still hold all of the part */
+		double d[3];
+		sub3(d, view->centre, camera->centre);
+		camera->depth += fabs(dot3(d, camera->back));
+		copy3(camera->centre, view->centre);
+	}
+	camera->pixel /= fmax(1, view->zoom);
 	camera->half_width = camera->pixel * view->width / 2;
 	camera->half_height = camera->pixel * view->height / 2;
 	camera->depth = fmax(camera->depth, camera->pixel * shorter * 0.01);
+	camera->lift = LIFT / fmax(1, view->zoom);
 }
 
 /* Model point to the cube [-1, 1]^3 of the picture, lifted towards the eye by a share of the scene's depth. */
@@ -157,7 +166,7 @@ static void set_colour(struct colour colour)
 static void line_corners(float out[12], const struct camera *camera, const struct scene_line *line)
 {
 	/* Wider lines win over narrower ones. */
-	const double lift = LIFT * (1 + 0.2 * fmin(line->width, 5));
+	const double lift = camera->lift * (1 + 0.2 * fmin(line->width, 5));
 	float at[2][3];
 	project(at[0], camera, line->from, lift);
 	project(at[1], camera, line->to, lift);
@@ -218,7 +227,7 @@ static void draw_dots(const struct scene *scene, const struct camera *camera)
 	for (size_t i = 0; i < scene->dot_count; i++) {
 		const struct scene_dot *dot = &scene->dot[i];
 		float at[3];
-		project(at, camera, dot->centre, 3 * LIFT);
+		project(at, camera, dot->centre, 3 * camera->lift);
 		const struct colour colour = faded(dot->colour, at[2], fades);
 		const double x = camera->pixel / camera->half_width, y = camera->pixel / camera->half_height;
 		if (dot->is_ring) {
@@ -231,7 +240,7 @@ static void draw_dots(const struct scene *scene, const struct camera *camera)
 			set_colour(palette_mix(colour, (struct colour){0, 0, 0}, 0.6));
 			draw_disc(at, (dot->radius + 0.8) * x, (dot->radius + 0.8) * y, 0);
 			set_colour(colour);
-			at[2] -= 1e-4f;
+			at[2] -= (float)(0.05 * camera->lift);
 			draw_disc(at, dot->radius * x, dot->radius * y, 0);
 		}
 	}

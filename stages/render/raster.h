@@ -11,6 +11,9 @@ struct view {
 	double azimuth_deg;     /* of the eye around z, from x towards y */
 	double elevation_deg;   /* of the eye above the xy plane, [-90, 90] */
 	int width, height;      /* pixels */
+	double zoom;            /* >= 1: how much larger than the whole part would be; 0 is taken as 1 */
+	bool has_centre;        /* else the middle of the part is in the middle of the picture */
+	double centre[3];
 };
 
 /* Largest side of a picture in pixels: with supersampling still within what OSMesa draws. */

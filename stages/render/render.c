@@ -23,16 +23,19 @@ struct options {
 
 static const char usage[] =
 	"usage: render [-qv] [--colour how] [--against mesh] [--range length] [--edges]\n"
-	"              [--level n] [--view azimuth,elevation] [--size widthxheight]\n"
-	"              [-o file] [file]\n";
+	"              [--level n] [--view azimuth,elevation] [--zoom factor]\n"
+	"              [--centre x,y,z] [--size widthxheight] [-o file] [file]\n";
 
-/* "A<separator>B", both within [low, high]. */
-static bool parse_pair(double value[2], const char *text, char separator, const double low[2], const double high[2])
+/* Numbers with a separator between them, each within its range. */
+static bool parse_numbers(double *value, size_t count, const char *text, char separator, const double *low, const double *high)
 {
-	const char *middle = strchr(text, separator);
-	return middle != NULL && num_parse(text, (size_t)(middle - text), &value[0]) &&
-	       num_parse(middle + 1, strlen(middle + 1), &value[1]) && value[0] >= low[0] && value[0] <= high[0] && value[1] >= low[1] &&
-	       value[1] <= high[1];
+	for (size_t i = 0; i < count; i++) {
+		const char *end = i + 1 < count ? strchr(text, separator) : text + strlen(text);
+		if (end == NULL || !num_parse(text, (size_t)(end - text), &value[i]) || !(value[i] >= low[i] && value[i] <= high[i]))
+			return false;
+		text = end + 1;
+	}
+	return true;
 }
 
 static enum colouring parse_colouring(const char *text)
@@ -46,8 +49,8 @@ static enum colouring parse_colouring(const char *text)
 
 static struct options parse_options(int argc, char **argv)
 {
-	struct options opt = {.view = {.azimuth_deg = -60, .elevation_deg = 25, .width = 800, .height = 600}};
-	const char *colour = "auto", *view = NULL, *size = NULL;
+	struct options opt = {.view = {.azimuth_deg = -60, .elevation_deg = 25, .width = 800, .height = 600, .zoom = 1}};
+	const char *colour = "auto", *view = NULL, *size = NULL, *centre = NULL;
 	const struct tool_option table[] = {
 		{"colour", 0, TOOL_TEXT, &colour, 0, 0},
 		{"against", 0, TOOL_TEXT, &opt.against, 0, 0},
@@ -55,6 +58,8 @@ static struct options parse_options(int argc, char **argv)
 		{"edges", 0, TOOL_FLAG, &opt.show.edges, 0, 0},
 		{"level", 0, TOOL_INTEGER, &opt.show.level, 0, 7},
 		{"view", 0, TOOL_TEXT, &view, 0, 0},
+		{"zoom", 0, TOOL_NUMBER, &opt.view.zoom, 1, 1000},
+		{"centre", 0, TOOL_TEXT, &centre, 0, 0},
 		{"size", 0, TOOL_TEXT, &size, 0, 0},
 		{0},
 	};
@@ -63,17 +68,23 @@ static struct options parse_options(int argc, char **argv)
 	opt.show.colouring = parse_colouring(colour);
 	double pair[2];
 	if (view != NULL) {
-		if (!parse_pair(pair, view, ',', (const double[]){-360, -90}, (const double[]){360, 90}))
+		if (!parse_numbers(pair, 2, view, ',', (const double[]){-360, -90}, (const double[]){360, 90}))
 			tool_die(EX_BAD_USAGE, "--view: '%s' is not azimuth,elevation within +-360 and +-90 degrees", view);
 		opt.view.azimuth_deg = pair[0];
 		opt.view.elevation_deg = pair[1];
 	}
 	if (size != NULL) {
-		if (!parse_pair(pair, size, 'x', (const double[]){16, 16}, (const double[]){RASTER_SIDE_MOST, RASTER_SIDE_MOST}) ||
+		if (!parse_numbers(pair, 2, size, 'x', (const double[]){16, 16}, (const double[]){RASTER_SIDE_MOST, RASTER_SIDE_MOST}) ||
 		    pair[0] != (int)pair[0] || pair[1] != (int)pair[1])
 			tool_die(EX_BAD_USAGE, "--size: '%s' is not widthxheight in pixels, each 16 to %d", size, RASTER_SIDE_MOST);
 		opt.view.width = (int)pair[0];
 		opt.view.height = (int)pair[1];
+	}
+	if (centre != NULL) {
+		static const double least[3] = {-1e300, -1e300, -1e300}, most[3] = {1e300, 1e300, 1e300};
+		if (!parse_numbers(opt.view.centre, 3, centre, ',', least, most))
+			tool_die(EX_BAD_USAGE, "--centre: '%s' is not x,y,z in model units", centre);
+		opt.view.has_centre = true;
 	}
 	if (opt.show.colouring == COLOUR_DEVIATION && opt.against == NULL)
 		tool_die(EX_BAD_USAGE, "--colour deviation needs --against");

@@ -61,7 +61,7 @@ static void cube_scene(struct scene *scene)
 
 static unsigned char *draw(const struct scene *scene, double azimuth, double elevation, int width, int height)
 {
-	const struct view view = {azimuth, elevation, width, height};
+	const struct view view = {.azimuth_deg = azimuth, .elevation_deg = elevation, .width = width, .height = height};
 	unsigned char *rgb;
 	struct fault fault = {0};
 	if (!raster_draw(&rgb, scene, &view, &fault))
@@ -152,6 +152,24 @@ static void right_way_round(void **state)
 		free(rgb);
 		scene_free(&scene);
 	}
+}
+
+static void zoomed_into_a_corner(void **state)
+{
+	(void)state;
+	/* The cube's corner in the middle, seen from the right side: the cube covers the quarter to the left of and below it. */
+	struct scene scene;
+	cube_scene(&scene);
+	scene.line_count = 0;
+	const struct view view = {.width = 100, .height = 100, .zoom = 4, .has_centre = true, .centre = {1, 1, 1}};
+	unsigned char *rgb;
+	struct fault fault = {0};
+	assert_true(raster_draw(&rgb, &scene, &view, &fault));
+	assert_near(coverage(rgb, 100 * 100), 0.25, 0.012);
+	assert_false(is_white(rgb + 3 * (99 * 100)));
+	assert_true(is_white(rgb + 3 * 99));
+	free(rgb);
+	scene_free(&scene);
 }
 
 static void near_hides_far_and_inside_is_marked(void **state)
@@ -461,6 +479,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(cube_from_its_sides),
 		cmocka_unit_test(right_way_round),
+		cmocka_unit_test(zoomed_into_a_corner),
 		cmocka_unit_test(near_hides_far_and_inside_is_marked),
 		cmocka_unit_test(nothing_and_one_point),
 		cmocka_unit_test(smooth_normals_stop_at_creases),
