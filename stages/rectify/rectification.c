@@ -18,7 +18,6 @@ bool rectification(struct dense *dense, struct rectification_counts *counts, con
 	if (!partition_new(&p, dense, shown, fault))
 		return false;
 	const double tiny = options->tiny_share * p.total_area;
-	partition_split(&p, tiny, 0, false, &counts->split, &counts->absorbed);
 	if (options->sliver > 0)
 		counts->slivers = sliver_merge(&p, options->sliver / p.side, &counts->sliver_edges);
 	if (options->track) {
@@ -26,7 +25,10 @@ bool rectification(struct dense *dense, struct rectification_counts *counts, con
 		contourtrack(&p, &track, &counts->track);
 		partition_split(&p, tiny, PIECE_SHARE, false, &counts->split, &counts->absorbed);
 	}
-	if (!options->no_smooth) {
+	/* not before the smoothing: a few wrong triangles may cut a narrow patch in many pieces */
+	if (options->no_smooth) {
+		partition_split(&p, tiny, 0, false, &counts->split, &counts->absorbed);
+	} else {
 		const struct labelsmooth_options smooth = {label_surface_cost, &p, NULL, NULL, RINGS, LOSS_MOST, SMOOTH_ROUNDS};
 		/* pieces that change hands may set borders free to move */
 		for (int i = 0; i < SMOOTH_REPEATS; i++) {
