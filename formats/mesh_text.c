@@ -4,6 +4,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <strings.h>
 
 #include "formats/number.h"
@@ -55,7 +56,7 @@ void text_skip_line(struct text *text)
 
 bool word_is(struct word word, const char *lower_case)
 {
-	return strncasecmp(word.text, lower_case, word.length) == 0 && lower_case[word.length] == 0;
+	return strlen(lower_case) == word.length && strncasecmp(word.text, lower_case, word.length) == 0;
 }
 
 bool text_fault(const struct text *text, const char *format, ...)
