@@ -372,38 +372,33 @@ static size_t face_children(size_t degree, enum cage_scheme scheme, int steps)
 
 void level_refined_size(size_t *vertices, size_t *faces, size_t *corners, const struct level *in, enum cage_scheme scheme, int steps)
 {
-	size_t none;
-	vertices = vertices ? vertices : &none;
-	faces = faces ? faces : &none;
-	corners = corners ? corners : &none;
-	*vertices = in->vertex_count;
-	*faces = in->face_count;
-	*corners = in->face_start[in->face_count];
-	if (steps == 0 || in->face_count == 0)
-		return;
-	struct topology t;
-	topology_build(&t, in, scheme);
-	size_t e = t.edge_count, triangles = 0, others = 0;
-	topology_free(&t);
+	size_t v = in->vertex_count, c = in->face_start[in->face_count], triangles = 0, others = 0;
 	for (size_t f = 0; f < in->face_count; f++)
 		if (splits_to_quads(in->face_start[f + 1] - in->face_start[f], scheme))
 			others++;
 		else
 			triangles++;
-	for (int s = 0; s < steps; s++) {
-		const size_t c = *corners;
-		/* edges are the largest of the counts besides corners: 2 e + c <= 3 c */
-		if (c > INDEX_LIMIT / 4) {
-			*vertices = *faces = *corners = SIZE_MAX;
-			return;
-		}
-		*vertices += e + others;
-		others = c - 3 * triangles;
-		triangles *= 4;
-		*faces = others + triangles;
+	struct topology t = {0};
+	if (steps > 0)
+		topology_build(&t, in, scheme);
+	size_t e = t.edge_count;
+	topology_free(&t);
+	bool fits = true;
+	for (int s = 0; s < steps && c > 0 && fits; s++) {
+		/* corners are the most numerous, at least two a new edge */
+		fits = c <= INDEX_LIMIT / 4;
+		v += e + others;
 		e = 2 * e + c;
-		*corners = 4 * c;
+		others = c - 3 * triangles; /* every corner of a polygon becomes a quad */
+		triangles *= 4;
+		c *= 4;
 	}
+	if (vertices)
+		*vertices = fits ? v : SIZE_MAX;
+	if (faces)
+		*faces = fits ? triangles + others : SIZE_MAX;
+	if (corners)
+		*corners = fits ? c : SIZE_MAX;
 }
 
 void level_refine(struct level *out, const struct level *in, enum cage_scheme scheme, int steps)
@@ -413,7 +408,7 @@ void level_refine(struct level *out, const struct level *in, enum cage_scheme sc
 	refiner_start(&r, in, scheme);
 	struct step_mask *mask = r.mask;
 	for (int s = 0; s < steps; s++) {
-		assert(r.corner_count <= INDEX_LIMIT / 4 && r.edge_count <= INDEX_LIMIT / 4);
+		assert(r.corner_count <= INDEX_LIMIT / 4);
 		struct refiner next;
 		refine_once(&next, &r, s == steps - 1, s == 0 ? (idx_t)(RULE_FIRST + in->vertex_count) : RULE_QUADS_4);
 		refiner_free(&r);

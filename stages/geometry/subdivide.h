@@ -22,7 +22,9 @@ struct level {
 };
 void level_free(struct level *level);
 
-/* The cage itself as level 0. Faults (EX_BAD_INPUT): not an orientable manifold (border allowed), scheme rules (Loop needs triangles). */
+/* The cage itself as level 0. Faults (EX_BAD_INPUT), each naming its vertices and faces: not an oriented manifold with one fan of
+ * faces at every vertex (borders are allowed), faces of less than three or repeated vertices, vertices without face, a sharp edge that
+ * no face has, a face that is no triangle under Loop. The file's name is the caller's to add. */
 bool level_from_cage(struct level *level, const struct cage *cage, struct fault *fault);
 
 /* Vertices, faces and corners (entries of face_corner) after so many steps; SIZE_MAX where that is more than a level can hold
@@ -32,10 +34,12 @@ void level_refined_size(size_t *vertices, size_t *faces, size_t *corners, const 
 /* Fast uniform refiner: n steps with any levels between freed. The result is triangles and quads from level 1 on. The faces of
  * a face stay together, in its order: with the split into triangles those at its corners, then the middle one; else those at its
  * corners. New vertices: one an edge, then one at the middle of each face that becomes quads. Sizes must fit
- * (level_refined_size). 40 ns a vertex of the result at most on today's machines. */
+ * (level_refined_size). n steps at once give the same bytes as n times one step. About 10 ns a vertex of the result, and as much
+ * again or more for the memory. */
 void level_refine(struct level *out, const struct level *in, enum cage_scheme scheme, int steps);
 
-/* Move every vertex to its limit position (levels >= 1, or level 0 without n-gons), in place. */
+/* Move every vertex to its limit position, in place. Where there are n-gons (under Catmull-Clark: triangles), which have no
+ * limit masks, through the next level. */
 void level_to_limit(struct level *level, enum cage_scheme scheme);
 
 /* Sparse matrix, compressed rows: (row_start, column, weight). */
@@ -54,7 +58,8 @@ void sparse_multiply(struct sparse *out, const struct sparse *left, const struct
  * *refined gets the connectivity, with positions. All rows sum to 1. */
 void subdivide_operator(struct sparse *operator, struct level *refined, const struct level *in, enum cage_scheme scheme, int steps, bool to_limit);
 
-/* Unit normals from limit tangents at every vertex; at creases and corners the mean of the adjacent face normals. */
+/* Unit normals of the limit surface at every vertex of a level that has not been moved to its limit: from limit tangents; at
+ * creases and corners, and where tangents vanish, the mean of the adjacent face normals (zero where these cancel). */
 void level_normals(double *normal, const struct level *level, enum cage_scheme scheme);
 
 #endif

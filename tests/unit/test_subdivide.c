@@ -275,6 +275,53 @@ static void operator_equals_refiner(void **state)
 			}
 }
 
+/* Other numbers for vertices and faces, faces that begin at another corner: the same surface. */
+static void numbering_does_not_matter(void **state)
+{
+	(void)state;
+	for (int which = 0; which < SAMPLE_COUNT; which++) {
+		struct cage cage = sample(which), other = sample(which);
+		const size_t n = cage.vertex_count;
+		/* vertex v becomes (v * 5 + 3) mod n, or its mirror where 5 divides n; faces run backwards, each turned by one corner */
+		idx_t *map = mem_array(n, sizeof *map);
+		for (size_t v = 0; v < n; v++)
+			map[v] = (idx_t)(n % 5 ? (5 * v + 3) % n : n - 1 - v);
+		for (size_t v = 0; v < n; v++) {
+			copy3(other.xyz + 3 * map[v], cage.xyz + 3 * v);
+			other.corner[map[v]] = cage.corner[v];
+		}
+		size_t h = 0;
+		for (size_t f = 0; f < cage.face_count; f++) {
+			const size_t from = cage.face_count - 1 - f, first = cage.face_start[from], degree = cage.face_start[from + 1] - first;
+			for (size_t k = 0; k < degree; k++)
+				other.face_corner[h++] = map[cage.face_corner[first + (k + 1) % degree]];
+			other.face_start[f + 1] = h;
+		}
+		int pairs[40] = {0};
+		for (size_t s = 0; s < 2 * cage.sharp_count; s++)
+			pairs[s] = map[cage.sharp[s]];
+		pairs[2 * cage.sharp_count] = -1;
+		cage_sharpen(&other, pairs);
+		struct level a = level_make(&cage), b = level_make(&other), fine, same;
+		level_refine(&fine, &a, cage.scheme, 2);
+		level_refine(&same, &b, cage.scheme, 2);
+		level_to_limit(&fine, cage.scheme);
+		level_to_limit(&same, cage.scheme);
+		assert_int_equal(fine.vertex_count, same.vertex_count);
+		for (size_t v = 0; v < n; v++)
+			assert_near(distance3(fine.xyz + 3 * v, same.xyz + 3 * map[v]), 0, 1e-14);
+		for (size_t v = n; v < fine.vertex_count; v++)
+			assert_has_point(&same, fine.xyz + 3 * v);
+		free(map);
+		level_free(&a);
+		level_free(&b);
+		level_free(&fine);
+		level_free(&same);
+		cage_drop(&cage);
+		cage_drop(&other);
+	}
+}
+
 /* Every edge of a closed mesh belongs to two faces, in opposite directions: count directed edges after sorting. */
 static int compare_pairs(const void *a, const void *b)
 {
@@ -461,6 +508,7 @@ int main(void)
 	        cmocka_unit_test(triangles_are_loop),
 	        cmocka_unit_test(steps_compose),
 	        cmocka_unit_test(operator_equals_refiner),
+	        cmocka_unit_test(numbering_does_not_matter),
 	        cmocka_unit_test(closed_stays_watertight),
 	        cmocka_unit_test(flat_stays_flat),
 	        cmocka_unit_test(corners_stay),
