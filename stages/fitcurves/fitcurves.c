@@ -18,24 +18,25 @@
 
 static const char usage[] =
 	"usage: fitcurves [-qv] [--tol length] [--mean length] [--corner degrees]\n"
-	"                 [--free-counts] [--binary] [--no-provenance]\n"
-	"                 [-o file] [file]\n";
+	"                 [--smooth degrees] [--free-counts] [--binary]\n"
+	"                 [--no-provenance] [-o file] [file]\n";
 
 struct options {
 	struct tool_common common;
 	const char *in;
 	struct tool_length tol, mean; /* of the whole surface; curves get half of them */
-	double corner_deg;
+	double corner_deg, smooth_deg;
 	bool free_counts;
 };
 
 static struct options parse_options(int argc, char **argv)
 {
-	struct options opt = {.tol = {0.4, true}, .mean = {0.1, true}, .corner_deg = 45};
+	struct options opt = {.tol = {0.4, true}, .mean = {0.1, true}, .corner_deg = 45, .smooth_deg = 8};
 	const struct tool_option table[] = {
 		{"tol", 't', TOOL_LENGTH, &opt.tol, 0, 0},
 		{"mean", 'm', TOOL_LENGTH, &opt.mean, 0, 0},
 		{"corner", 'c', TOOL_NUMBER, &opt.corner_deg, 10, 120},
+		{"smooth", 's', TOOL_NUMBER, &opt.smooth_deg, 0, 90},
 		{"free-counts", 0, TOOL_FLAG, &opt.free_counts, 0, 0},
 		{0},
 	};
@@ -81,6 +82,7 @@ int main(int argc, char **argv)
 		tool_fail(&fault);
 	struct border_options border_options = BORDER_DEFAULTS;
 	border_options.corner_deg = opt.corner_deg;
+	border_options.smooth_deg = opt.smooth_deg;
 	struct border_network border;
 	if (!border_extract(&border, &dense, border_options, &fault))
 		tool_die(fault.code, "%s: %s", shown, fault.text);
@@ -97,8 +99,8 @@ int main(int argc, char **argv)
 		tool_warn("%s: %zu of %zu curves outside the tolerance, by at most %g", shown, report.missed, report.curves, report.worst);
 	tool_say("%s: %zu curves (%zu closed, %zu straight), %zu nodes, %zu control points", shown, report.curves, report.closed, report.straight,
 	         report.nodes, report.points);
-	tool_say("%s: %zu curves harmonised, %zu contracted, %zu smoothed, %zu points added, %zu interior sharp edges left out", shown, report.harmonised,
-	         report.contracted, report.jagged, report.split, border.dart_edge_count);
+	tool_say("%s: %zu curves harmonised, %zu contracted, %zu relaxed, %zu smoothed, %zu points added, %zu interior sharp edges left out", shown, report.harmonised,
+	         report.contracted, report.relaxed, report.smoothed, report.split, border.dart_edge_count);
 	tool_say("%s: largest error %g (%.4f%% of the longest side)", shown, report.error, side > 0 ? 100 * report.error / side : 0);
 
 	ply_drop_element(&document, "face");
@@ -106,10 +108,11 @@ int main(int argc, char **argv)
 	ply_drop_element(&document, "edge");
 	ply_drop_element(&document, "vertex");
 	network_to_ply(&document, &network, "vertex");
-	char tol[NUM_TEXT_SIZE + 1], mean[NUM_TEXT_SIZE + 1], corner[NUM_TEXT_SIZE];
+	char tol[NUM_TEXT_SIZE + 1], mean[NUM_TEXT_SIZE + 1], corner[NUM_TEXT_SIZE], smooth[NUM_TEXT_SIZE];
 	num_print(corner, opt.corner_deg);
-	tool_write_ply(&document, &opt.common, SCHEMA, "tol=%s mean=%s corner=%sdeg%s", length_text(tol, opt.tol), length_text(mean, opt.mean), corner,
-	               opt.free_counts ? " free-counts" : "");
+	num_print(smooth, opt.smooth_deg);
+	tool_write_ply(&document, &opt.common, SCHEMA, "tol=%s mean=%s corner=%sdeg smooth=%sdeg%s", length_text(tol, opt.tol), length_text(mean, opt.mean),
+	               corner, smooth, opt.free_counts ? " free-counts" : "");
 	network_free(&network);
 	border_free(&border);
 	dense_free(&dense);

@@ -9,6 +9,8 @@
 #include "stages/fitcurves/curvefit.h"
 #include "stages/fitcurves/harmonise.h"
 #include "stages/fitcurves/patchloops.h"
+#include "stages/fitcurves/relax.h"
+#include "stages/geometry/nearest.h"
 #include "stages/geometry/vector.h"
 
 struct job {
@@ -19,10 +21,12 @@ struct job {
 	idx_t *node;               /* 2 a chain: the nodes at its ends (after contraction), NO_INDEX when closed */
 	double *node_xyz;          /* 3 a node */
 	bool *is_gone;             /* a chain: contracted */
-	struct polyline *line;     /* a chain: what is fitted, smoothed where jagged */
+	struct nearest *nearest;   /* on dense, for relaxed borders; NULL when there are none */
+	struct polyline *line;     /* a chain: what is fitted, drawn taut where it is relaxed */
 	struct curvefit *fit;
 	struct curvefit_options *limit;
-	bool *is_jagged;
+	bool *is_relaxed;          /* loose borders */
+	bool *is_smoothed;         /* other jagged ones */
 };
 
 static double longest_side(const struct dense *dense)
@@ -124,8 +128,11 @@ static size_t contract_short(struct job *job)
 
 /* --- fits -------------------------------------------------------------------------------------------------------- */
 
+/* Share of the local edge by which a curve may miss a border that has no place of its own. */
+#define LOOSE_SHARE 0.25
+
 /* The chain's vertices, its ends where the nodes are now. */
-static void chain_line(struct polyline *line, const struct job *job, size_t c)
+static double *chain_points(const struct job *job, size_t c)
 {
 	const struct border_chain *chain = job->border->chain + c;
 	double *xyz = mem_array(3 * chain->count, sizeof *xyz);
@@ -135,23 +142,62 @@ static void chain_line(struct polyline *line, const struct job *job, size_t c)
 		copy3(xyz, job->node_xyz + 3 * (size_t)job->node[2 * c]);
 		copy3(xyz + 3 * (chain->count - 1), job->node_xyz + 3 * (size_t)job->node[2 * c + 1]);
 	}
-	polyline_init(line, xyz, chain->count, chain->closed);
-	free(xyz);
+	return xyz;
+}
+
+/* Is the border where it is only because triangles ended there? Between free-form patches or parts of one surface, and where it
+ * zigzags; not when the mesh itself is creased or ends there. */
+static bool is_loose(const struct job *job, size_t c, const struct polyline *plain)
+{
+	const struct border_chain *chain = job->border->chain + c;
+	if (chain->kind != CURVE_SMOOTH || chain->count < 3)
+		return false;
+	const struct dense_patch *patch = job->dense->patch;
+	if (!patch)
+		return true;
+	return patch[chain->left].parent == patch[chain->right].parent || patch[chain->left].kind == PATCH_FREE || patch[chain->right].kind == PATCH_FREE ||
+	       polyline_is_jagged(plain);
+}
+
+/* Polylines of all chains; which ones are loose. */
+static void make_lines(struct job *job)
+{
+	const size_t n = job->border->chain_count;
+	bool any = false;
+	for (size_t c = 0; c < n; c++) {
+		if (job->is_gone[c])
+			continue;
+		double *xyz = chain_points(job, c);
+		polyline_init(job->line + c, xyz, job->border->chain[c].count, job->border->chain[c].closed);
+		free(xyz);
+		job->is_relaxed[c] = is_loose(job, c, job->line + c);
+		any |= job->is_relaxed[c];
+	}
+	if (any)
+		job->nearest = nearest_new(job->dense->xyz, job->dense->vertex_count, job->dense->triangle, job->dense->triangle_count);
 }
 
 static void fit_chain(struct job *job, size_t c)
 {
 	const struct border_chain *chain = job->border->chain + c;
-	chain_line(job->line + c, job, c);
+	struct polyline *line = job->line + c;
 	job->limit[c] = (struct curvefit_options){.max = job->options.max, .mean = job->options.mean, .side = job->side};
 	job->limit[c].least_points = chain->closed ? 3 : job->node[2 * c] == job->node[2 * c + 1] ? 4 : 2;
-	if (job->line[c].length == 0)
+	if (line->length == 0)
 		return;
-	if (polyline_is_jagged(job->line + c)) {
-		job->is_jagged[c] = true;
-		polyline_smooth(job->line + c);
+	if (job->is_relaxed[c]) {
+		double *xyz = chain_points(job, c), *relaxed;
+		const size_t count = relax_border(&relaxed, xyz, chain->count, chain->closed, job->dense, job->nearest, chain->left, chain->right);
+		polyline_free(line);
+		polyline_init(line, relaxed, count, chain->closed);
+		for (size_t i = 0; i < line->segment_count; i++) /* edges were halved */
+			line->slack[i] = fmax(line->slack[i], LOOSE_SHARE * 2 * (line->arc[i + 1] - line->arc[i]));
+		free(xyz), free(relaxed);
+	} else if (polyline_is_jagged(line)) {
+		job->is_smoothed[c] = true;
+		polyline_smooth(line);
 	}
-	curvefit_best(job->fit + c, job->line + c, job->limit[c]);
+	curvefit_best(job->fit + c, line, job->limit[c]);
 }
 
 /* One more inner point. */
@@ -234,14 +280,19 @@ static size_t widen_loops(struct job *job)
 /* Largest distance both ways between the fitted points and the mesh edges themselves. */
 static void measure(struct job *job, size_t c)
 {
-	if (!job->is_jagged[c] || job->fit[c].count == 0)
+	if ((!job->is_relaxed[c] && !job->is_smoothed[c]) || job->fit[c].count == 0)
 		return;
 	struct polyline plain;
-	chain_line(&plain, job, c);
+	double *xyz = chain_points(job, c);
+	polyline_init(&plain, xyz, job->border->chain[c].count, job->border->chain[c].closed);
 	const double ratio = job->fit[c].ratio;
+	/* Where the knots are on the zigzag: vertices keep their order, relaxed lines have a vertex more on each segment. */
+	for (size_t i = 0; i < job->fit[c].count; i++)
+		job->fit[c].arc[i] = polyline_carry(&plain, job->line + c, job->fit[c].arc[i]);
 	curvefit_measure(job->fit + c, &plain, job->limit[c]);
-	job->fit[c].ratio = ratio; /* of the smoothed line, which is what can be asked for */
+	job->fit[c].ratio = ratio; /* of the line that was fitted, which is what can be asked for */
 	polyline_free(&plain);
+	free(xyz);
 }
 
 static void build(struct network *network, struct netfit_report *report, const struct job *job)
@@ -300,7 +351,8 @@ static void build(struct network *network, struct netfit_report *report, const s
 		out->length = network_curve_length(network, out);
 		report->closed += chain->closed;
 		report->straight += out->count == 2;
-		report->jagged += job->is_jagged[c];
+		report->relaxed += job->is_relaxed[c];
+		report->smoothed += job->is_smoothed[c];
 		report->error = fmax(report->error, fit->error);
 		if (fit->ratio > 1) {
 			report->missed++;
@@ -325,7 +377,8 @@ void netfit(struct network *network, struct netfit_report *report, const struct 
 	job.line = mem_array(n, sizeof *job.line);
 	job.fit = mem_array(n, sizeof *job.fit);
 	job.limit = mem_array(n, sizeof *job.limit);
-	job.is_jagged = mem_array(n, sizeof *job.is_jagged);
+	job.is_relaxed = mem_array(n, sizeof *job.is_relaxed);
+	job.is_smoothed = mem_array(n, sizeof *job.is_smoothed);
 	for (size_t i = 0; i < border->node_count; i++)
 		copy3(job.node_xyz + 3 * i, dense->xyz + 3 * (size_t)border->node[i]);
 	for (size_t c = 0; c < n; c++) {
@@ -334,6 +387,7 @@ void netfit(struct network *network, struct netfit_report *report, const struct 
 		job.node[2 * c + 1] = chain->closed ? NO_INDEX : border->node_of_vertex[border->vertex[chain->first + chain->count - 1]];
 	}
 	report->contracted = contract_short(&job);
+	make_lines(&job);
 #pragma omp parallel for schedule(dynamic)
 	for (size_t c = 0; c < n; c++)
 		if (!job.is_gone[c])
@@ -353,5 +407,6 @@ void netfit(struct network *network, struct netfit_report *report, const struct 
 		polyline_free(job.line + c);
 		curvefit_free(job.fit + c);
 	}
-	free(job.node), free(job.node_xyz), free(job.is_gone), free(job.line), free(job.fit), free(job.limit), free(job.is_jagged);
+	free(job.node), free(job.node_xyz), free(job.is_gone), free(job.line), free(job.fit), free(job.limit), free(job.is_relaxed), free(job.is_smoothed);
+	nearest_free(job.nearest);
 }

@@ -228,6 +228,18 @@ void polyline_at(double out[3], const struct polyline *line, double arc)
 		out[k] = (1 - t) * line->xyz[3 * i + k] + t * line->xyz[3 * j + k];
 }
 
+double polyline_carry(const struct polyline *to, const struct polyline *from, double arc)
+{
+	const double turns = from->closed ? floor(arc / from->length) : 0;
+	const double rest = arc - turns * from->length;
+	const size_t i = polyline_segment(from, rest);
+	const double length = from->arc[i + 1] - from->arc[i], t = length > 0 ? fmin(fmax((rest - from->arc[i]) / length, 0), 1) : 0;
+	/* segments of to for each of from: 1 or 1/2. Vertices that fell together shift the rest by a segment, which is near enough. */
+	const double share = (double)to->segment_count / (double)from->segment_count, place = ((double)i + t) * share;
+	const size_t j = place >= (double)to->segment_count ? to->segment_count - 1 : (size_t)place;
+	return turns * to->length + to->arc[j] + (place - (double)j) * (to->arc[j + 1] - to->arc[j]);
+}
+
 struct polyline_foot polyline_nearest(const struct polyline *line, const double p[3], double from, double to)
 {
 	const size_t n = line->segment_count;

@@ -42,6 +42,10 @@ struct polyline_foot polyline_nearest(const struct polyline *line, const double 
 /* The point at an arc length (closed: modulo the length). */
 void polyline_at(double out[3], const struct polyline *line, double arc);
 
+/* The arc length on to of the place at an arc length on from, a changed version with the same vertices or
+ * one more on each segment (any real number on closed lines). */
+double polyline_carry(const struct polyline *to, const struct polyline *from, double arc);
+
 /* Segment that holds an arc length in [0, length]. */
 size_t polyline_segment(const struct polyline *line, double arc);
 

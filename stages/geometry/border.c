@@ -126,14 +126,22 @@ static bool pair_edges(idx_t *twin, bool *mark, const struct dense *dense, struc
 	return ok;
 }
 
-/* How much the surface bends at the other edges of triangle t, within its patch: what tessellation alone does. */
+/* How much the surface bends within the patch at the edges of triangle t and of its neighbours: what tessellation alone
+ * does. The neighbours count because a strip of two triangles a quad bends only at the second one's far edge. */
 static double own_bend(const struct dense *dense, const idx_t *twin, size_t t)
 {
 	double most = 0;
 	for (size_t k = 0; k < 3; k++) {
 		const idx_t g = twin[3 * t + k];
-		if (g != NO_INDEX && dense->label[g / 3] == dense->label[t])
-			most = fmax(most, bend_deg(dense, t, (size_t)g / 3));
+		if (g == NO_INDEX || dense->label[g / 3] != dense->label[t])
+			continue;
+		const size_t u = (size_t)g / 3;
+		most = fmax(most, bend_deg(dense, t, u));
+		for (size_t j = 0; j < 3; j++) {
+			const idx_t f = twin[3 * u + j];
+			if (f != NO_INDEX && dense->label[f / 3] == dense->label[t])
+				most = fmax(most, bend_deg(dense, u, (size_t)f / 3));
+		}
 	}
 	return most;
 }
@@ -172,7 +180,7 @@ static bool find_boundary(struct boundary *out, const struct dense *dense, const
 			sharp = false;
 		else if (!mark[h]) {
 			const size_t s = h / 3, t = (size_t)g / 3;
-			sharp = bend_deg(dense, s, t) - fmax(own_bend(dense, twin, s), own_bend(dense, twin, t)) > options->smooth_deg;
+			sharp = options->smooth_deg == 0 || bend_deg(dense, s, t) - fmax(own_bend(dense, twin, s), own_bend(dense, twin, t)) > options->smooth_deg;
 		}
 		edge[count++] = (struct boundary_edge){a, b, left, right, distance3(dense->xyz + 3 * (size_t)a, dense->xyz + 3 * (size_t)b), sharp};
 	}

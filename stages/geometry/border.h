@@ -13,7 +13,8 @@
 
 struct border_options {
 	double corner_deg; /* a chain that turns by more than this has a node there */
-	double smooth_deg; /* normals of both sides that differ by less, beyond what the tessellation explains, are one surface's */
+	double smooth_deg; /* normals of both sides that differ by less, beyond what the tessellation explains, make a
+	                      smooth chain; 0: only patches cut from one surface do */
 	bool darts;        /* also interior sharp chains, with the same patch on both sides */
 };
 
