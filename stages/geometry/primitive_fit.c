@@ -284,10 +284,13 @@ bool primitive_guess(struct dense_patch *patch, enum patch_kind kind, const doub
 struct model {
 	enum patch_kind kind;
 	double p[3], a[3], u[3], v[3], r1, r2;
+	double c, s; /* cosine and sine of a cone's half angle r2 */
 };
 
 static void set_frame(struct model *m)
 {
+	m->c = cos(m->r2);
+	m->s = sin(m->r2);
 	const int k = fabs(m->a[0]) <= fabs(m->a[1]) ? (fabs(m->a[0]) <= fabs(m->a[2]) ? 0 : 2) : (fabs(m->a[1]) <= fabs(m->a[2]) ? 1 : 2);
 	double e[3] = {0, 0, 0};
 	e[k] = 1;
@@ -320,7 +323,7 @@ static double residual_row(double row[PARAMETER_MOST], const struct model *m, co
 		return rho - m->r1;
 	}
 	if (m->kind == PATCH_CONE) {
-		const double c = cos(m->r2), s = sin(m->r2);
+		const double c = m->c, s = m->s;
 		if (row) {
 			row[0] = -c * cu, row[1] = -c * cv;
 			row[2] = (-h * c - rho * s) * cu, row[3] = (-h * c - rho * s) * cv;
@@ -328,7 +331,7 @@ static double residual_row(double row[PARAMETER_MOST], const struct model *m, co
 		}
 		return (rho - m->r1) * c - h * s;
 	}
-	const double q = rho - m->r1, s = hypot(q, h), f = s > 0 ? 1 / s : 0;
+	const double q = rho - m->r1, s = sqrt(q * q + h * h), f = s > 0 ? 1 / s : 0;
 	if (row) {
 		row[0] = -q * f * cu, row[1] = -q * f * cv, row[2] = -h * f;
 		row[3] = h * m->r1 * f * cu, row[4] = h * m->r1 * f * cv;
@@ -437,7 +440,7 @@ bool primitive_fit(struct dense_patch *patch, const double *xyz, const double *w
 		const double h = dot3(m.p, m.a);
 		add_scaled3(m.p, -h, m.a);
 		if (patch->kind == PATCH_CONE)
-			m.r2 = patch->radius2 / DEGREES, m.r1 = -h * tan(m.r2);
+			m.r2 = patch->radius2 / DEGREES, m.r1 = -h * tan(m.r2), set_frame(&m);
 	}
 	if (!model_sound(&m))
 		return false;
@@ -460,7 +463,7 @@ bool primitive_fit(struct dense_patch *patch, const double *xyz, const double *w
 		for (int j = 0; j < n; j++)
 			trace += a[j * n + j];
 		bool better = false;
-		for (int tries = 0; tries < 8 && !better; tries++) {
+		for (int tries = 0; tries < 5 && !better; tries++) {
 			double damped[PARAMETER_MOST * PARAMETER_MOST], move[PARAMETER_MOST];
 			memcpy(damped, a, sizeof damped);
 			for (int j = 0; j < n; j++)
@@ -473,7 +476,7 @@ bool primitive_fit(struct dense_patch *patch, const double *xyz, const double *w
 					next_error = sum_of_squares(&next, xyz, weight, count, centre, scale);
 			}
 			if (next_error <= error) {
-				const bool settled = error - next_error <= 1e-10 * error || next_error <= 1e-28 * (double)count;
+				const bool settled = error - next_error <= 1e-6 * error || next_error <= 1e-28 * (double)count;
 				better = true;
 				m = next;
 				error = next_error;
@@ -481,7 +484,7 @@ bool primitive_fit(struct dense_patch *patch, const double *xyz, const double *w
 				if (settled)
 					step = STEP_DEFAULT + step_limit; /* ends the outer loop */
 			} else {
-				damping = damping * 10;
+				damping = fmax(1e-4, damping * 10);
 			}
 		}
 		if (!better)

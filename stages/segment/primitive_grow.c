@@ -10,7 +10,7 @@
 #include "stages/geometry/vector.h"
 #include "stages/segment/primitive_grow.h"
 
-#define FIT_POINTS_MOST 400 /* more points hardly change a fit of 7 parameters */
+#define FIT_POINTS_MOST 250 /* more points hardly change a fit of 7 parameters */
 #define REFINE_MOST 6
 #define TURN_MOST 0.95      /* chord of 57 degrees: coarser facets than hexagonal are not taken for round */
 
@@ -184,16 +184,25 @@ bool grow_hypothesis(struct grower *g, struct dense_patch *patch, enum patch_kin
 	if (!primitive_guess(patch, kind, g->elements, g->normals, g->weights, elements))
 		return false;
 	const size_t points = gather_points(g, part, count);
-	if (!primitive_fit(patch, g->points, NULL, points, 12))
-		return false;
-	primitive_residual(patch, g->points, points, &largest, NULL);
-	return largest <= most;
+	/* most guesses are bad: some steps tell whether it will converge */
+	double before = INFINITY;
+	for (int pass = 0; pass < 5; pass++) {
+		if (!primitive_fit(patch, g->points, NULL, points, 3))
+			return false;
+		primitive_residual(patch, g->points, points, &largest, NULL);
+		if (largest <= most)
+			return true;
+		if (largest > 10 * most && largest > 0.5 * before)
+			return false;
+		before = largest;
+	}
+	return false;
 }
 
 bool grow_fit(struct grower *g, struct dense_patch *patch, const idx_t *part, size_t count)
 {
 	const size_t points = gather_points(g, part, count);
-	return primitive_fit(patch, g->points, NULL, points, 10);
+	return primitive_fit(patch, g->points, NULL, points, 6);
 }
 
 double grow_residual(const struct facets *f, const struct dense_patch *patch, const idx_t *part, size_t count)

@@ -17,6 +17,10 @@
 #define SIMPLER_SHARE 1.15   /* a surface with more parameters must explain so much more area */
 #define RING_FLATS_MOST 64
 #define NEIGHBOURS_MOST 5
+#define COARSE_FLATS 1500    /* a smooth part with fewer flats is searched facet by facet */
+#define MISSES_MOST 120      /* so many seeds of one smooth part without a surface worth it: it is free-form */
+#define MISS_SHARE 5e-4
+#define TRIES_MOST 150       /* seeds a round, in a noisy smooth part */
 
 struct proposal {
 	struct dense_patch patch;
@@ -34,6 +38,10 @@ struct search {
 	idx_t *group;            /* triangles of a group of flats */
 	size_t group_count;
 	uint32_t *flat_stamp, tick;
+	size_t *part_flats;      /* a smooth part: its flats */
+	double *part_area;       /* a smooth part: area that is free in this round */
+	int *part_tries, *part_regions; /* seeds in this round; regions of all rounds */
+	int *part_misses;        /* seeds in vain since the last success in this round */
 };
 
 static const enum patch_kind simplest_first[] = {PATCH_PLANE, PATCH_SPHERE, PATCH_CYLINDER, PATCH_CONE, PATCH_TORUS};
@@ -160,6 +168,9 @@ static void try_group(struct search *s, idx_t flat, size_t first_kind, struct pr
 		p.mean_turn = s->grower.mean_turn;
 		if (is_better(&p, best))
 			*best = p;
+		/* nothing explains more than everything */
+		if (best->area > 0.98 * s->part_area[s->facets->smooth_part[seed[0]]])
+			break;
 	}
 }
 
@@ -189,11 +200,20 @@ static struct proposal propose(struct search *s, idx_t flat)
 		best.turn_limit = 0.95;
 	}
 	if (neighbours > 0) {
-		for (size_t want = 8; want <= 40; want *= 5)
-			if (collect_ring(s, flat, want) >= 3)
+		const bool is_coarse = s->part_flats[s->facets->smooth_part[seed[0]]] < COARSE_FLATS;
+		for (size_t want = 40; want >= 8; want /= 5)
+			if (collect_ring(s, flat, want) >= 3) {
+				double group_area = 0;
+				for (size_t i = 0; i < s->group_count; i++)
+					group_area += s->facets->area[s->group[i]];
 				try_group(s, flat, want > 8 ? 0 : 1, &best);
-		/* a strip of facets: the seed with two neighbours; only when the rings found nothing better than the seed itself */
-		for (int i = 0; i < neighbours && best.area < 2.5 * flat_area; i++)
+				/* what grows so far beyond its origin is no accident */
+				if (best.area > 4 * group_area)
+					break;
+			}
+		/* a strip of facets: the seed with two neighbours; only when the rings found nothing better than the seed itself.
+		 * Among many small facets rings of them are better */
+		for (int i = 0; i < neighbours && is_coarse && best.area < 2.5 * flat_area; i++)
 			for (int j = 0; j < i && best.area < 2.5 * flat_area; j++) {
 				s->tick++;
 				s->group_count = 0;
@@ -239,6 +259,7 @@ static size_t accept(struct search *s, struct proposal *proposal, size_t count)
 			for (size_t i = 0; i < s->grower.region_count; i++)
 				s->regions->label[s->grower.region[i]] = label;
 			accepted++;
+			s->part_regions[s->facets->smooth_part[seed[0]]]++;
 			proposal[most] = proposal[--count];
 		}
 	}
@@ -304,11 +325,23 @@ static size_t search_round(struct search *s)
 	}
 	qsort(order, n, sizeof *order, compare_seeds);
 	memset(s->is_covered, 0, f->triangle_count);
+	memset(s->part_area, 0, f->smooth_part_count * sizeof *s->part_area);
+	for (size_t t = 0; t < f->triangle_count; t++)
+		if (s->regions->label[t] == NO_INDEX)
+			s->part_area[f->smooth_part[t]] += f->area[t];
+	/* a noisy part that took so many surfaces is none of surfaces */
+	for (size_t p = 0; p < f->smooth_part_count; p++)
+		s->part_tries[p] = s->options->least_area > 0 && s->part_regions[p] > TRIES_MOST ? TRIES_MOST : 0;
+	memset(s->part_misses, 0, f->smooth_part_count * sizeof *s->part_misses);
 	for (size_t i = 0; i < n && s->grower.work < s->options->work_most; i++) {
 		const idx_t flat = order[i].flat, first = s->flats->member[s->flats->start[flat]];
-		if (s->is_covered[first] || !is_free_flat(s, flat))
+		int *misses = &s->part_misses[f->smooth_part[first]];
+		if (s->is_covered[first] || !is_free_flat(s, flat) || *misses >= MISSES_MOST)
+			continue;
+		if (s->options->least_area > 0 && s->part_tries[f->smooth_part[first]]++ >= TRIES_MOST)
 			continue;
 		struct proposal p = propose(s, flat);
+		*misses = p.area > MISS_SHARE * f->total_area ? 0 : *misses + 1;
 		if (!(p.area > 0)) {
 			collect_ring(s, flat, 6);
 			cover(s, s->group, s->group_count);
@@ -393,6 +426,13 @@ void primitive_search(struct regions *regions, const struct flats *flats, const 
 	s.is_covered = mem_array(f->triangle_count, 1);
 	s.group = mem_array(f->triangle_count, sizeof *s.group);
 	s.flat_stamp = mem_array(flats->count, sizeof *s.flat_stamp);
+	s.part_flats = mem_array(f->smooth_part_count, sizeof *s.part_flats);
+	s.part_area = mem_array(f->smooth_part_count, sizeof *s.part_area);
+	s.part_tries = mem_array(f->smooth_part_count, sizeof *s.part_tries);
+	s.part_regions = mem_array(f->smooth_part_count, sizeof *s.part_regions);
+	s.part_misses = mem_array(f->smooth_part_count, sizeof *s.part_misses);
+	for (size_t i = 0; i < flats->count; i++)
+		s.part_flats[f->smooth_part[flats->member[flats->start[i]]]]++;
 	take_whole_parts(&s);
 	for (int round = 0; round < ROUNDS_MOST && s.grower.work < options->work_most; round++)
 		if (search_round(&s) == 0)
@@ -401,4 +441,9 @@ void primitive_search(struct regions *regions, const struct flats *flats, const 
 	free(s.is_covered);
 	free(s.group);
 	free(s.flat_stamp);
+	free(s.part_flats);
+	free(s.part_area);
+	free(s.part_tries);
+	free(s.part_regions);
+	free(s.part_misses);
 }

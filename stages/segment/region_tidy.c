@@ -14,6 +14,7 @@
 #define ABSORB_PASSES 12
 #define IDENTIFY_ANGLE 0.05 /* radians */
 #define UNITE_PASSES 6
+#define UNEXPLAINED_MOST 0.005
 #define SPECK_TRIANGLES_MOST 12
 
 void tidy_free_regions(struct regions *r)
@@ -321,16 +322,22 @@ void tidy_identify(struct regions *r, double distance)
 	identify(r, distance, 5);
 }
 
-/* Share of the area of triangles that the surface explains. */
-static double explained_share(const struct grower *g, const struct dense_patch *patch, const idx_t *part, size_t count, double turn_limit)
+/* Does the surface explain all triangles but a small share of their area? */
+static bool explains_all(const struct grower *g, const struct dense_patch *patch, const idx_t *part, size_t count, double area, double turn_limit)
 {
-	double in = 0, all = 0;
-	for (size_t i = 0; i < count; i++) {
-		all += g->facets->area[part[i]];
-		if (grow_explains(g, patch, part[i], turn_limit, NULL))
-			in += g->facets->area[part[i]];
-	}
-	return all > 0 ? in / all : 0;
+	double out = 0;
+	for (size_t i = 0; i < count; i++)
+		if (!grow_explains(g, patch, part[i], turn_limit, NULL) && (out += g->facets->area[part[i]]) > UNEXPLAINED_MOST * area)
+			return false;
+	return true;
+}
+
+static bool explains_any(const struct grower *g, const struct dense_patch *patch, const idx_t *part, size_t count)
+{
+	for (size_t i = 0; i < count; i++)
+		if (grow_explains(g, patch, part[i], 2, NULL))
+			return true;
+	return false;
 }
 
 static int compare_border_length(const void *left, const void *right)
@@ -345,7 +352,7 @@ static int compare_border_length(const void *left, const void *right)
 
 /* One surface for both: the larger one's refitted, else a fresh guess, simplest first. */
 static bool fit_union(struct grower *g, struct dense_patch *out, const struct dense_patch *a, const struct dense_patch *b, const idx_t *part,
-                      size_t count, double turn_limit)
+                      size_t count, double area, double turn_limit)
 {
 	const int most = primitive_parameter_count(a->kind) > primitive_parameter_count(b->kind) ? primitive_parameter_count(a->kind) : primitive_parameter_count(b->kind);
 	static const enum patch_kind kind[] = {PATCH_PLANE, PATCH_SPHERE, PATCH_CYLINDER, PATCH_CONE, PATCH_TORUS};
@@ -355,13 +362,13 @@ static bool fit_union(struct grower *g, struct dense_patch *out, const struct de
 		struct dense_patch p;
 		if (kind[k] == a->kind) {
 			p = *a;
-			if (grow_fit(g, &p, part, count) && explained_share(g, &p, part, count, turn_limit) > 0.995) {
+			if (grow_fit(g, &p, part, count) && explains_all(g, &p, part, count, area, turn_limit)) {
 				*out = p;
 				return true;
 			}
 		}
 		p = *a;
-		if (grow_hypothesis(g, &p, kind[k], part, count, 2 * g->distance) && explained_share(g, &p, part, count, turn_limit) > 0.995) {
+		if (grow_hypothesis(g, &p, kind[k], part, count, 2 * g->distance) && explains_all(g, &p, part, count, area, turn_limit)) {
 			*out = p;
 			return true;
 		}
@@ -380,6 +387,9 @@ size_t tidy_unite(struct regions *r, const struct flats *flats, const struct tid
 	g.distance = o->is_noisy ? 2 * o->distance : o->distance;
 	g.angle = o->angle;
 	idx_t *part = mem_array(f->triangle_count, sizeof *part);
+	/* pairs of which neither changed since the last pass fail again */
+	unsigned char *is_fresh = mem_array(r->count, 1);
+	memset(is_fresh, 1, r->count);
 	for (int pass = 0; pass < UNITE_PASSES; pass++) {
 		size_t *start, now = 0;
 		idx_t *member;
@@ -390,7 +400,7 @@ size_t tidy_unite(struct regions *r, const struct flats *flats, const struct tid
 		qsort(border, borders, sizeof *border, compare_border_length);
 		for (size_t i = 0; i < borders; i++) {
 			idx_t a = border[i].low, b = border[i].high;
-			if (is_touched[a] || is_touched[b] || border[i].sharp_length >= border[i].length)
+			if (is_touched[a] || is_touched[b] || (!is_fresh[a] && !is_fresh[b]) || border[i].sharp_length >= border[i].length)
 				continue;
 			if (r->patch[a].kind == PATCH_FREE || r->patch[b].kind == PATCH_FREE)
 				continue;
@@ -404,17 +414,19 @@ size_t tidy_unite(struct regions *r, const struct flats *flats, const struct tid
 			struct grower wide = g;
 			wide.distance = 8 * o->distance;
 			wide.angle = 3 * o->angle;
-			const size_t look = nb < 64 ? nb : 64;
-			if (explained_share(&wide, &r->patch[a], member + start[b], look, 2) <= 0 && explained_share(&wide, &r->patch[b], member + start[a], na < 64 ? na : 64, 2) <= 0)
+			if (!explains_any(&wide, &r->patch[a], member + start[b], nb < 64 ? nb : 64) &&
+			    !explains_any(&wide, &r->patch[b], member + start[a], na < 64 ? na : 64))
 				continue;
 			memcpy(part, member + start[a], na * sizeof *part);
 			memcpy(part + na, member + start[b], nb * sizeof *part);
-			double turn = 0, widest = 0;
+			double turn = 0, widest = 0, area = 0;
 			for (size_t j = 0; j < na && r->patch[a].kind != PATCH_PLANE; j++)
 				if (grow_explains(&g, &r->patch[a], part[j], 2, &turn))
 					widest = fmax(widest, turn);
+			for (size_t j = 0; j < na + nb; j++)
+				area += f->area[part[j]];
 			struct dense_patch joint = r->patch[a];
-			if (!fit_union(&g, &joint, &r->patch[a], &r->patch[b], part, na + nb, r->patch[a].kind == PATCH_PLANE ? 0.3 : 1.5 * widest + 0.01))
+			if (!fit_union(&g, &joint, &r->patch[a], &r->patch[b], part, na + nb, area, r->patch[a].kind == PATCH_PLANE ? 0.3 : 1.5 * widest + 0.01))
 				continue;
 			r->patch[a] = joint;
 			for (size_t j = start[b]; j < start[b + 1]; j++)
@@ -425,11 +437,13 @@ size_t tidy_unite(struct regions *r, const struct flats *flats, const struct tid
 		free(start);
 		free(member);
 		free(border);
-		free(is_touched);
+		free(is_fresh);
+		is_fresh = is_touched;
 		united += now;
 		if (!now)
 			break;
 	}
+	free(is_fresh);
 	free(part);
 	grower_free(&g);
 	return united;

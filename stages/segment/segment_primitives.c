@@ -2,6 +2,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <stdio.h>
+#include <time.h>
 #include <string.h>
 
 #include "formats/memory.h"
@@ -66,7 +67,9 @@ static void segment_at(struct regions *r, double distance, double least_share)
 		.least_area = least_share * f->total_area, .is_noisy = is_noisy,
 		.is_dense = is_dense(f, &flats),
 	};
+	clock_t T0=clock();
 	primitive_search(r, &flats, &search);
+	clock_t T1=clock();
 	tidy_free_regions(r);
 	tidy_flat_regions(r, distance);
 	tidy_borders(r, &tidy, 8);
@@ -79,6 +82,7 @@ static void segment_at(struct regions *r, double distance, double least_share)
 	tidy_absorb(r, &tidy);
 	tidy_unite(r, &flats, &tidy);
 	tidy_measure(r, true);
+	if (getenv("SEGDEBUG")) fprintf(stderr,"d %g search %.2f tidy %.2f regions %zu\n",distance,(double)(T1-T0)/CLOCKS_PER_SEC,(double)(clock()-T1)/CLOCKS_PER_SEC,r->count);
 	flats_free(&flats);
 }
 
@@ -101,6 +105,27 @@ static void part_costs(double *cost, const struct regions *r, const unsigned cha
 		is_counted[label] = 1;
 	}
 	free(is_counted);
+}
+
+/* Smooth parts that are cheaper as one free region than with the surfaces that were found become one. */
+static void whole_free_parts(struct regions *r, double *cost, const unsigned char *level, const double *distance)
+{
+	const struct facets *f = r->facets;
+	double *area = mem_array(f->smooth_part_count, sizeof *area);
+	idx_t *fresh = mem_array(f->smooth_part_count, sizeof *fresh);
+	const struct dense_patch none = {.kind = PATCH_FREE};
+	part_costs(cost, r, level, distance);
+	for (size_t t = 0; t < f->triangle_count; t++)
+	for (size_t p = 0; p < f->smooth_part_count; p++) {
+		/* surfaces that are met closely are there, however many they are */
+		const bool is_too_much = cost[p] > COST_FREE_REGION + COST_FREE_AREA;
+		fresh[p] = distance[level[p]] > NOISY_DISTANCE && is_too_much ? regions_add(r, &none) : NO_INDEX;
+	}
+	for (size_t t = 0; t < f->triangle_count; t++)
+		if (fresh[f->smooth_part[t]] != NO_INDEX)
+			r->label[t] = fresh[f->smooth_part[t]];
+	free(area);
+	free(fresh);
 }
 
 void segment_primitives(struct regions *r, const struct primitives_options *options, struct primitives_report *report)
@@ -149,6 +174,7 @@ void segment_primitives(struct regions *r, const struct primitives_options *opti
 		regions_free(&trial);
 		regions_renumber(r);
 	}
+	whole_free_parts(r, cost, level, report->distance);
 	double *reach = mem_array(r->count, sizeof *reach);
 	for (size_t t = 0; t < f->triangle_count; t++)
 		reach[r->label[t]] = 3 * report->distance[level[f->smooth_part[t]]];
