@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "stages/geometry/primitive.h"
 #include "stages/geometry/vector.h"
@@ -63,6 +64,33 @@ struct smoother {
 	struct mincut_edge *edge;
 };
 
+void labelsmooth_fix(unsigned char *fixed, const struct partition *p, int rings)
+{
+	const struct half *half = &p->half;
+	idx_t *queue = mem_array(half->face_count, sizeof *queue);
+	size_t tail = 0, ring_start = 0;
+	memset(fixed, 1, half->face_count);
+	for (size_t h = 0; h < half->half_count; h++) {
+		const idx_t twin = half->twin[h], t = half->face[h];
+		if (twin == NO_INDEX || p->kind[h] || p->group[p->label[t]] == p->group[p->label[half->face[twin]]] || !fixed[t])
+			continue;
+		fixed[t] = 0;
+		queue[tail++] = t;
+	}
+	for (int ring = 1; ring < rings; ring++) {
+		const size_t ring_end = tail;
+		for (size_t i = ring_start; i < ring_end; i++)
+			for (idx_t h = 3 * queue[i]; h < 3 * queue[i] + 3; h++) {
+				if (half->twin[h] == NO_INDEX || p->kind[h] || !fixed[half->face[half->twin[h]]])
+					continue;
+				fixed[half->face[half->twin[h]]] = 0;
+				queue[tail++] = half->face[half->twin[h]];
+			}
+		ring_start = ring_end;
+	}
+	free(queue);
+}
+
 /* What a border along h costs. Its width counts as that of the narrower triangle beside it, at most a typical one:
  * otherwise the thin end of a patch would cost more border than it has area to speak for it, and be eaten up. */
 static double border_weight(const struct smoother *s, idx_t h, idx_t label)
@@ -82,6 +110,8 @@ static size_t collect_band(struct smoother *s, const struct border *border, size
 	const struct partition *p = s->p;
 	const struct half *half = &p->half;
 	const idx_t a = border[0].a, b = border[0].b;
+	const bool is_free = p->patch[a].kind == PATCH_FREE && p->patch[b].kind == PATCH_FREE;
+	const unsigned char *fixed = is_free ? s->options->fixed : NULL;
 	size_t count = 0;
 	for (size_t i = 0; i < border_count; i++) {
 		const idx_t both[2] = {half->face[border[i].half], half->face[half->twin[border[i].half]]};
@@ -90,7 +120,7 @@ static size_t collect_band(struct smoother *s, const struct border *border, size
 		if (!((l == a && r == b) || (l == b && r == a)))
 			continue;
 		for (int k = 0; k < 2; k++)
-			if (s->local[both[k]] == NO_INDEX) {
+			if (s->local[both[k]] == NO_INDEX && !(fixed && fixed[both[k]])) {
 				s->local[both[k]] = (idx_t)count;
 				s->band[count++] = both[k];
 			}
@@ -103,7 +133,7 @@ static size_t collect_band(struct smoother *s, const struct border *border, size
 				if (half->twin[h] == NO_INDEX || p->kind[h])
 					continue;
 				const idx_t t = half->face[half->twin[h]];
-				if (s->local[t] == NO_INDEX && (p->label[t] == a || p->label[t] == b)) {
+				if (s->local[t] == NO_INDEX && !(fixed && fixed[t]) && (p->label[t] == a || p->label[t] == b)) {
 					s->local[t] = (idx_t)count;
 					s->band[count++] = t;
 				}

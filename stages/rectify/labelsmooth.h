@@ -7,7 +7,7 @@
 /* How badly a triangle suits a label, >= 0; 1 weighs about as much as one border edge of a triangle of typical width. */
 typedef double label_cost(const void *context, idx_t triangle, idx_t label);
 
-/* By the patch's surface: angle between normals over 15 degrees, distance of the corners over 0.002 of the longest side;
+/* By the patch's surface: angle between normals over 6 degrees, distance of the corners over 0.0005 of the longest side;
  * free patches by the difference of curvatures. context: struct partition. At most 4. */
 label_cost label_surface_cost;
 
@@ -16,6 +16,7 @@ struct labelsmooth_options {
 	const void *context;
 	const idx_t *family;  /* a label: only borders between labels of one family >= 0 move; NULL: only those between groups */
 	const double *scale;  /* a label: typical width of its triangles; NULL: that of the whole mesh */
+	const unsigned char *fixed; /* a triangle: != 0 does not move between two free patches; NULL: none */
 	int rings;            /* how many triangles a border may move */
 	double loss_most;     /* share of its area that a patch may lose in one move; twice that in all */
 	int rounds;
@@ -26,6 +27,10 @@ struct labelsmooth_counts {
 	int rounds;
 	size_t unfinished;    /* cuts that met the limit of their iterations */
 };
+
+/* fixed[t] = 0 for the triangles within the rings of a smooth border between groups, 1 for others: with it several calls
+ * together cannot carry a border of free patches, which no surface holds in its place, farther than that. */
+void labelsmooth_fix(unsigned char *fixed, const struct partition *p, int rings);
 
 /* Minimise sum over triangles of area * cost + sum over edges between labels of lambda * length * omega, where omega is 0 on
  * sharp edges and else max(0.1, 1 - bend / 40 degrees), lambda half a typical edge. For two neighbouring patches at a time the

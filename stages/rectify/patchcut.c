@@ -393,7 +393,7 @@ void patchcut(struct partition *p, struct patchcut_counts *counts)
 			break;
 		counts->rounds++;
 		struct labelsmooth_counts ignored = {0};
-		const struct labelsmooth_options options = {region_cost, &c, c.family, c.scale, RINGS, 0.5, SMOOTH_ROUNDS};
+		const struct labelsmooth_options options = {region_cost, &c, c.family, c.scale, NULL, RINGS, 0.5, SMOOTH_ROUNDS};
 		labelsmooth(p, &options, &ignored);
 		partition_split(p, 0, PIECE_SHARE, true, NULL, NULL);
 		make_room(&c);

@@ -6,8 +6,8 @@
 
 #define RINGS 4
 #define LOSS_MOST 0.3      /* a border that would take more of a patch is no border */
-#define SMOOTH_ROUNDS 20
-#define SMOOTH_REPEATS 4
+#define SMOOTH_ROUNDS 12
+#define SMOOTH_REPEATS 3
 #define PIECE_SHARE 0.02   /* pieces that smoothing cuts off a patch */
 
 bool rectification(struct dense *dense, struct rectification_counts *counts, const struct rectification_options *options, const char *shown,
@@ -29,7 +29,9 @@ bool rectification(struct dense *dense, struct rectification_counts *counts, con
 	if (options->no_smooth) {
 		partition_split(&p, tiny, 0, false, &counts->split, &counts->absorbed);
 	} else {
-		const struct labelsmooth_options smooth = {label_surface_cost, &p, NULL, NULL, RINGS, LOSS_MOST, SMOOTH_ROUNDS};
+		unsigned char *fixed = mem_array(dense->triangle_count, 1);
+		const struct labelsmooth_options smooth = {label_surface_cost, &p, NULL, NULL, fixed, RINGS, LOSS_MOST, SMOOTH_ROUNDS};
+		labelsmooth_fix(fixed, &p, RINGS);
 		/* pieces that change hands may set borders free to move */
 		for (int i = 0; i < SMOOTH_REPEATS; i++) {
 			const size_t moved = counts->smooth.relabelled, given = counts->split + counts->absorbed;
@@ -38,6 +40,7 @@ bool rectification(struct dense *dense, struct rectification_counts *counts, con
 			if (counts->smooth.relabelled == moved || counts->split + counts->absorbed == given)
 				break;
 		}
+		free(fixed);
 	}
 	for (size_t t = 0; t < dense->triangle_count; t++)
 		counts->changed += p.label[t] != dense->label[t];

@@ -101,25 +101,38 @@ static bool is_near_surface(const struct partition *p, const idx_t *list, size_t
 	return true;
 }
 
+/* A patch's own triangles and those of the slivers that it has taken in: the labels chained behind it. */
+static size_t gather(idx_t *out, idx_t label, const idx_t *chain, const size_t *start, const idx_t *list)
+{
+	size_t count = 0;
+	for (idx_t l = label; l != NO_INDEX; l = chain[l])
+		for (size_t i = start[l]; i < start[l + 1]; i++)
+			out[count++] = list[i];
+	return count;
+}
+
 size_t sliver_merge(struct partition *p, double width, size_t *edges)
 {
 	const struct half *half = &p->half;
 	const size_t patch_count = p->patch_count;
 	struct by_area *order = mem_array(patch_count, sizeof *order);
-	idx_t *local = mem_array(half->face_count, sizeof *local), *list;
+	idx_t *local = mem_array(half->face_count, sizeof *local), *own = mem_array(half->face_count, sizeof *own), *list;
+	idx_t *chain = mem_array(patch_count, sizeof *chain), *tail = mem_array(patch_count, sizeof *tail);
 	size_t *start, merged = 0, smoothed = 0, order_count = 0;
 	partition_refresh(p);
 	partition_lists(p, &start, &list);
 	for (size_t t = 0; t < half->face_count; t++)
 		local[t] = NO_INDEX;
-	for (size_t l = 0; l < patch_count; l++)
+	for (size_t l = 0; l < patch_count; l++) {
+		chain[l] = NO_INDEX;
+		tail[l] = (idx_t)l;
 		if (start[l + 1] > start[l])
 			order[order_count++] = (struct by_area){p->patch_area[l], (idx_t)l};
+	}
 	qsort(order, order_count, sizeof *order, compare_areas);
 	for (size_t i = 0; i < order_count; i++) {
 		const idx_t l = order[i].label;
-		const idx_t *own = list + start[l];
-		const size_t count = start[l + 1] - start[l];
+		const size_t count = gather(own, l, chain, start, list);
 		if (!is_narrow(p, own, count, width, local))
 			continue;
 		const idx_t host = find_host(p, own, count);
@@ -135,6 +148,8 @@ size_t sliver_merge(struct partition *p, double width, size_t *edges)
 			}
 		for (size_t k = 0; k < count; k++)
 			p->label[own[k]] = host;
+		chain[tail[host]] = l;
+		tail[host] = tail[l];
 		merged++;
 	}
 	partition_refresh(p);
@@ -142,6 +157,9 @@ size_t sliver_merge(struct partition *p, double width, size_t *edges)
 		*edges = smoothed;
 	free(order);
 	free(local);
+	free(own);
+	free(chain);
+	free(tail);
 	free(start);
 	free(list);
 	return merged;
