@@ -175,12 +175,14 @@ static void line_corners(float out[12], const struct camera *camera, const struc
 	const double length = hypot(dx, dy), half = line->width / 2;
 	dx = length > 0 ? half * dx / length : half;
 	dy = length > 0 ? half * dy / length : 0;
+	/* The depth runs on too, else long and short pieces of one line would not lie in one plane. */
+	const double deeper = (at[1][2] - at[0][2]) * (length > 0 ? fmin(0.5, half / length) : 0);
 	static const int end[4] = {0, 0, 1, 1}, side[4] = {1, -1, -1, 1};
 	for (int i = 0; i < 4; i++) {
 		const int along = end[i] == 0 ? -1 : 1;
 		out[3 * i] = (float)(at[end[i]][0] + (along * dx - side[i] * dy) / to_x);
 		out[3 * i + 1] = (float)(at[end[i]][1] + (along * dy + side[i] * dx) / to_y);
-		out[3 * i + 2] = at[end[i]][2];
+		out[3 * i + 2] = (float)(at[end[i]][2] + along * deeper);
 	}
 }
 

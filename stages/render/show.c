@@ -5,6 +5,7 @@
 
 #include "formats/ffx.h"
 #include "formats/mesh.h"
+#include "formats/network.h"
 
 /* Smooth shading across edges that bend less; more is drawn as an edge. Coarse tessellations of round things bend by up to
  * 30 degrees (twelve sides), the blunt edges of parts by 40 and more. */
@@ -46,12 +47,32 @@ static bool is_cage(const struct ply *ply)
 	return false;
 }
 
+/* Curves are interpolated at their ends: there the border of a local cage has a corner. */
+static bool mark_curve_ends(struct cage *cage, const struct ply *ply, const char *shown, struct fault *fault)
+{
+	struct network network;
+	if (!network_from_ply(&network, ply, "netpoint", shown, fault))
+		return false;
+	bool done = true;
+	for (size_t v = 0; v < cage->vertex_count && done; v++)
+		if (cage->net[v] >= 0 && (size_t)cage->net[v] >= network.vertex_count)
+			done = fault_set(fault, EX_BAD_INPUT, "%s: vertex %zu is netpoint %d of %zu", shown, v, (int)cage->net[v], network.vertex_count);
+		else if (cage->net[v] >= 0 && network.kind[cage->net[v]] != POINT_CREASE)
+			cage->corner[v] = 1;
+	network_free(&network);
+	return done;
+}
+
 static bool show_cage_ply(struct scene *scene, const struct ply *ply, const char *shown, const struct show_options *options,
                           struct fault *fault)
 {
 	struct cage cage;
 	if (!cage_from_ply(&cage, ply, shown, fault))
 		return false;
+	if (cage.net != NULL && ply_element(ply, "netpoint") != NULL && !mark_curve_ends(&cage, ply, shown, fault)) {
+		cage_free(&cage);
+		return false;
+	}
 	const bool done = show_cage(scene, &cage, shown, options, fault);
 	cage_free(&cage);
 	return done && (ply_element(ply, "netpoint") == NULL || show_network(scene, ply, "netpoint", shown, fault));

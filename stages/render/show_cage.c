@@ -72,13 +72,16 @@ static void show_control(struct scene *scene, const struct cage *cage, enum colo
 	const struct polygons polygons = {cage->xyz, cage->vertex_count, cage->face_count, cage->face_corner, cage->face_start};
 	set_faces(scene, &polygons, cage, NULL, colouring);
 	scene_add_edges(scene, cage->xyz, cage->face_corner, cage->face_start, cage->face_count, thin, 0.9f);
-	add_borders(scene, &polygons, cage->net != NULL ? 1.2f : 3.0f);
+	if (cage->net == NULL) /* the borders of local cages are the curves of the network */
+		add_borders(scene, &polygons, 3.0f);
 	for (size_t e = 0; e < cage->sharp_count; e++)
 		scene_add_line(scene, cage->xyz + 3 * (size_t)cage->sharp[2 * e], cage->xyz + 3 * (size_t)cage->sharp[2 * e + 1], crease, 2.6f);
 	for (size_t v = 0; v < cage->vertex_count; v++)
-		if (cage->corner[v])
+		if (cage->net != NULL)
+			continue; /* drawn with the network */
+		else if (cage->corner[v])
 			scene_add_dot(scene, cage->xyz + 3 * v, corner_dot, 4.0f, false);
-		else if (cage->net == NULL)
+		else
 			scene_add_dot(scene, cage->xyz + 3 * v, (struct colour){90, 90, 100}, 1.8f, false);
 }
 
@@ -104,8 +107,9 @@ static void show_level(struct scene *scene, const struct level *level, const str
 	free(sharp);
 	if (options->edges)
 		scene_add_edges(scene, level->xyz, level->face_corner, level->face_start, level->face_count, thin, 0.7f);
-	add_borders(scene, &polygons, 2.4f);
-	for (size_t v = 0; v < level->vertex_count; v++)
+	if (cage->net == NULL)
+		add_borders(scene, &polygons, 2.4f);
+	for (size_t v = 0; v < level->vertex_count && cage->net == NULL; v++)
 		if (level->corner[v])
 			scene_add_dot(scene, level->xyz + 3 * v, corner_dot, 3.0f, false);
 }

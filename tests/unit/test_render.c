@@ -356,6 +356,51 @@ static void cage_and_its_surface(void **state)
 	ply_free(&ply);
 }
 
+static void local_cages_have_corners_where_curves_end(void **state)
+{
+	(void)state;
+	/* One square patch, its border four straight curves from corner to corner: the limit surface fills the square to its corners. Were
+	 * they smooth border points, it would be rounded. */
+	double xyz[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
+	idx_t net[] = {0, 1, 2, 3}, corner[] = {0, 1, 2, 3}, patch[] = {0}, point[] = {0, 1, 1, 2, 2, 3, 3, 0};
+	size_t start[] = {0, 4};
+	unsigned char flag[4] = {0}, kind[4] = {POINT_CORNER, POINT_CORNER, POINT_JUNCTION, POINT_CORNER};
+	struct curve curve[4];
+	for (int c = 0; c < 4; c++)
+		curve[c] = (struct curve){0, -1, CURVE_SHARP, false, 2 * (size_t)c, 2, 0, 1};
+	const struct cage cage = {.xyz = xyz, .vertex_count = 4, .corner = flag, .net = net, .face_corner = corner, .face_start = start,
+	                          .face_patch = patch, .face_count = 1};
+	const struct network network = {.vertex_count = 4, .curve_count = 4, .point_count = 8, .xyz = xyz, .kind = kind, .curve = curve, .point = point};
+	struct ply ply;
+	ply_init(&ply);
+	cage_to_ply(&ply, &cage);
+	network_to_ply(&ply, &network, "netpoint");
+	struct scene scene;
+	struct fault fault = {0};
+	const struct show_options thrice = {.level = 3};
+	if (!show_document(&scene, &ply, &thrice, &fault))
+		fail_msg("%s", fault.text);
+	double area = 0;
+	for (size_t t = 0; t < scene.triangle_count; t++) {
+		double n[3];
+		area_vector3(n, scene.xyz + 3 * scene.triangle[3 * t], scene.xyz + 3 * scene.triangle[3 * t + 1], scene.xyz + 3 * scene.triangle[3 * t + 2]);
+		area += norm3(n) / 2;
+	}
+	assert_near(area, 1, 1e-9);
+	assert_int_equal(scene.line_count, 4 + 4 * 12); /* control polygons and curves, no borders besides */
+	assert_int_equal(scene.dot_count, 4);
+	scene_free(&scene);
+	/* A vertex that names a network point which is not there. */
+	net[3] = 4;
+	ply_free(&ply);
+	ply_init(&ply);
+	cage_to_ply(&ply, &cage);
+	network_to_ply(&ply, &network, "netpoint");
+	assert_false(show_document(&scene, &ply, &thrice, &fault));
+	assert_int_equal(fault.code, EX_BAD_INPUT);
+	ply_free(&ply);
+}
+
 static void deviation_colours(void **state)
 {
 	(void)state;
@@ -486,6 +531,7 @@ int main(void)
 		cmocka_unit_test(labels_and_features),
 		cmocka_unit_test(network_is_drawn_as_smooth_curves),
 		cmocka_unit_test(cage_and_its_surface),
+		cmocka_unit_test(local_cages_have_corners_where_curves_end),
 		cmocka_unit_test(deviation_colours),
 		cmocka_unit_test(faults),
 		cmocka_unit_test(png_reads_back),
