@@ -476,7 +476,7 @@ bool primitive_fit(struct dense_patch *patch, const double *xyz, const double *w
 					next_error = sum_of_squares(&next, xyz, weight, count, centre, scale);
 			}
 			if (next_error <= error) {
-				const bool settled = error - next_error <= 1e-6 * error || next_error <= 1e-28 * (double)count;
+				const bool settled = error - next_error <= 1e-8 * error || next_error <= 1e-28 * (double)count;
 				better = true;
 				m = next;
 				error = next_error;

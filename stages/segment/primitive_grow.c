@@ -187,7 +187,7 @@ bool grow_hypothesis(struct grower *g, struct dense_patch *patch, enum patch_kin
 	/* most guesses are bad: some steps tell whether it will converge */
 	double before = INFINITY;
 	for (int pass = 0; pass < 5; pass++) {
-		if (!primitive_fit(patch, g->points, NULL, points, 3))
+		if (!primitive_fit(patch, g->points, NULL, points, 4))
 			return false;
 		primitive_residual(patch, g->points, points, &largest, NULL);
 		if (largest <= most)
