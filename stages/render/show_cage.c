@@ -47,17 +47,22 @@ static int compare_keys(const void *a, const void *b)
 	return (x > y) - (x < y);
 }
 
+/* The edge from corner c of face f to the next corner: lower vertex << 32 | higher. */
+static uint64_t side_key(const struct polygons *polygons, size_t f, size_t c)
+{
+	const uint64_t a = (uint64_t)polygons->corner[c];
+	const uint64_t b = (uint64_t)polygons->corner[c + 1 < polygons->face_start[f + 1] ? c + 1 : polygons->face_start[f]];
+	return a < b ? a << 32 | b : b << 32 | a;
+}
+
 /* Edges of one face only. */
 static void add_borders(struct scene *scene, const struct polygons *polygons, float width)
 {
 	const size_t count = polygons->face_start[polygons->face_count];
 	uint64_t *key = mem_array(count, sizeof *key);
 	for (size_t f = 0; f < polygons->face_count; f++)
-		for (size_t c = polygons->face_start[f]; c < polygons->face_start[f + 1]; c++) {
-			const uint64_t a = (uint64_t)polygons->corner[c];
-			const uint64_t b = (uint64_t)polygons->corner[c + 1 < polygons->face_start[f + 1] ? c + 1 : polygons->face_start[f]];
-			key[c] = a < b ? a << 32 | b : b << 32 | a;
-		}
+		for (size_t c = polygons->face_start[f]; c < polygons->face_start[f + 1]; c++)
+			key[c] = side_key(polygons, f, c);
 	qsort(key, count, sizeof *key, compare_keys);
 	for (size_t i = 0; i < count; i++)
 		if ((i == 0 || key[i] != key[i - 1]) && (i + 1 == count || key[i] != key[i + 1]))
@@ -89,20 +94,25 @@ static void show_level(struct scene *scene, const struct level *level, const str
 {
 	const struct polygons polygons = {level->xyz, level->vertex_count, level->face_count, level->face_corner, level->face_start};
 	set_faces(scene, &polygons, cage, level->face_origin, options->colouring);
+	/* The sharp sides of all faces: inner creases come twice; borders, which are sharp by themselves, once. */
 	const size_t corner_count = level->face_start[level->face_count];
-	idx_t *sharp = mem_array(2 * corner_count, sizeof *sharp);
-	size_t sharp_count = 0;
+	uint64_t *key = mem_array(corner_count, sizeof *key);
+	idx_t *sharp = mem_array(corner_count + 1, sizeof *sharp);
+	size_t key_count = 0, sharp_count = 0;
 	for (size_t f = 0; f < level->face_count; f++)
 		for (size_t c = level->face_start[f]; c < level->face_start[f + 1]; c++)
-			if (level->sharp[c]) {
-				const idx_t a = level->face_corner[c];
-				const idx_t b = level->face_corner[c + 1 < level->face_start[f + 1] ? c + 1 : level->face_start[f]];
-				sharp[2 * sharp_count] = a < b ? a : b;
-				sharp[2 * sharp_count + 1] = a < b ? b : a;
-				if (a < b) /* its other side draws nothing */
-					scene_add_line(scene, level->xyz + 3 * (size_t)a, level->xyz + 3 * (size_t)b, crease, 1.8f);
-				sharp_count++;
-			}
+			if (level->sharp[c])
+				key[key_count++] = side_key(&polygons, f, c);
+	qsort(key, key_count, sizeof *key, compare_keys);
+	for (size_t i = 1; i < key_count; i++)
+		if (key[i] == key[i - 1]) {
+			const idx_t a = (idx_t)(key[i] >> 32), b = (idx_t)(key[i] & 0xffffffffu);
+			scene_add_line(scene, level->xyz + 3 * (size_t)a, level->xyz + 3 * (size_t)b, crease, 1.8f);
+			sharp[2 * sharp_count] = a;
+			sharp[2 * sharp_count + 1] = b;
+			sharp_count++;
+		}
+	free(key);
 	scene_smooth(scene, CREASE_DEG, sharp, sharp_count);
 	free(sharp);
 	if (options->edges)
