@@ -24,9 +24,11 @@ double label_surface_cost(const void *context, idx_t triangle, idx_t label)
 	const struct partition *p = context;
 	const struct dense_patch *patch = &p->patch[label];
 	if (patch->kind == PATCH_FREE) {
-		const double a = (p->curvature[2 * triangle] - p->mean_curvature[2 * label]) / CURVATURE;
-		const double b = (p->curvature[2 * triangle + 1] - p->mean_curvature[2 * label + 1]) / CURVATURE;
-		return fmin(a * a + b * b, COST_MOST);
+		const double a = p->curvature[2 * triangle] - p->mean_curvature[2 * label];
+		const double b = p->curvature[2 * triangle + 1] - p->mean_curvature[2 * label + 1];
+		/* the mean of a patch whose curvature varies says little about one triangle */
+		const double spread = CURVATURE * CURVATURE + p->curvature_variance[label];
+		return fmin((a * a + b * b) / spread, COST_MOST) * CURVATURE * CURVATURE / spread;
 	}
 	double normal[3], distance = 0;
 	primitive_foot(patch, p->centroid + 3 * triangle, NULL, normal);

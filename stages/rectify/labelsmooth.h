@@ -8,7 +8,7 @@
 typedef double label_cost(const void *context, idx_t triangle, idx_t label);
 
 /* By the patch's surface: angle between normals over 6 degrees, distance of the corners over 0.0005 of the longest side;
- * free patches by the difference of curvatures. context: struct partition. At most 4. */
+ * free patches by the difference of curvatures, as far as theirs is one. context: struct partition. At most 4. */
 label_cost label_surface_cost;
 
 struct labelsmooth_options {

@@ -93,6 +93,7 @@ bool partition_new(struct partition *p, const struct dense *dense, const char *s
 	p->patch = mem_copy(dense->patch, p->patch_count, sizeof *dense->patch);
 	p->group = mem_array(p->patch_count, sizeof *p->group);
 	p->mean_curvature = mem_array(p->patch_count, 2 * sizeof *p->mean_curvature);
+	p->curvature_variance = mem_array(p->patch_count, sizeof *p->curvature_variance);
 	p->patch_area = mem_array(p->patch_count, sizeof *p->patch_area);
 	for (size_t l = 0; l < p->patch_count; l++) {
 		make_relative(&p->patch[l], p->low, p->side);
@@ -118,6 +119,7 @@ void partition_free(struct partition *p)
 	free(p->patch);
 	free(p->group);
 	free(p->mean_curvature);
+	free(p->curvature_variance);
 	free(p->patch_area);
 	*p = (struct partition){0};
 }
@@ -129,6 +131,7 @@ idx_t partition_add(struct partition *p, idx_t like, bool own_group)
 		p->patch = mem_resize(p->patch, p->patch_room, sizeof *p->patch);
 		p->group = mem_resize(p->group, p->patch_room, sizeof *p->group);
 		p->mean_curvature = mem_resize(p->mean_curvature, p->patch_room, 2 * sizeof *p->mean_curvature);
+		p->curvature_variance = mem_resize(p->curvature_variance, p->patch_room, sizeof *p->curvature_variance);
 		p->patch_area = mem_resize(p->patch_area, p->patch_room, sizeof *p->patch_area);
 	}
 	const size_t l = p->patch_count++;
@@ -136,6 +139,7 @@ idx_t partition_add(struct partition *p, idx_t like, bool own_group)
 	p->group[l] = own_group ? (idx_t)p->group_count++ : p->group[like];
 	p->mean_curvature[2 * l] = p->mean_curvature[2 * like];
 	p->mean_curvature[2 * l + 1] = p->mean_curvature[2 * like + 1];
+	p->curvature_variance[l] = p->curvature_variance[like];
 	p->patch_area[l] = 0;
 	return (idx_t)l;
 }
@@ -143,6 +147,7 @@ idx_t partition_add(struct partition *p, idx_t like, bool own_group)
 void partition_refresh(struct partition *p)
 {
 	memset(p->patch_area, 0, p->patch_count * sizeof *p->patch_area);
+	memset(p->curvature_variance, 0, p->patch_count * sizeof *p->curvature_variance);
 	memset(p->mean_curvature, 0, 2 * p->patch_count * sizeof *p->mean_curvature);
 	for (size_t t = 0; t < p->half.face_count; t++) {
 		const idx_t l = p->label[t];
@@ -154,6 +159,13 @@ void partition_refresh(struct partition *p)
 		for (int i = 0; i < 2; i++)
 			if (p->patch_area[l] > 0)
 				p->mean_curvature[2 * l + i] /= p->patch_area[l];
+	for (size_t t = 0; t < p->half.face_count; t++) {
+		const idx_t l = p->label[t];
+		for (int i = 0; i < 2 && p->patch_area[l] > 0; i++) {
+			const double off = p->curvature[2 * t + i] - p->mean_curvature[2 * l + i];
+			p->curvature_variance[l] += p->area[t] / p->patch_area[l] * off * off;
+		}
+	}
 }
 
 void partition_lists(const struct partition *p, size_t **start, idx_t **list)

@@ -27,6 +27,7 @@ struct partition {
 	struct dense_patch *patch; /* patch_count, relative lengths; area, residual and parent are not kept up to date */
 	idx_t *group;            /* a patch: number that patches cut from one surface share */
 	double *mean_curvature;  /* 2 a patch: area-weighted mean of curvature, see partition_refresh */
+	double *curvature_variance; /* a patch: area-weighted mean squared distance of curvature from it */
 	double *patch_area;      /* a patch: 0 when it has no triangle left */
 	size_t patch_count, patch_room, group_count;
 };
@@ -38,7 +39,7 @@ void partition_free(struct partition *p);
 /* Add a copy of a patch, of the same group or of one of its own; returns its label. */
 idx_t partition_add(struct partition *p, idx_t like, bool own_group);
 
-/* Recompute patch_area and mean_curvature. O(n). */
+/* Recompute patch_area, mean_curvature and curvature_variance. O(n). */
 void partition_refresh(struct partition *p);
 
 /* Give every edge-connected component but the largest of a patch a label of its own, or, where it is smaller than
