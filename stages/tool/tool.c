@@ -251,9 +251,9 @@ int tool_options(int argc, char **argv, const char *usage, const struct tool_opt
 		{"no-provenance", 0, TOOL_FLAG, &v.no_provenance, 0, 0},
 		{0},
 	};
-	/* Operands may stand between options: they are moved behind them, in their order. */
+	/* Operands may stand between options: they are collected over the options that were read, then moved to the end. */
 	int operands = 0;
-	char **operand = mem_array((size_t)argc + 1, sizeof *operand);
+	char **operand = argv + (argc > 0);
 	for (int i = 1; i < argc; i++) {
 		if (strcmp(argv[i], "--") == 0) {
 			while (++i < argc)
@@ -280,9 +280,7 @@ int tool_options(int argc, char **argv, const char *usage, const struct tool_opt
 		tool_die(EX_BAD_USAGE, "%d %s wanted, %d given (see %s --help)", least, least == 1 ? "file" : "files", operands, tool.name);
 	if (operands > most)
 		wrong_usage("one operand too many:", operand[most]);
-	for (int i = 0; i < operands; i++)
-		argv[argc - operands + i] = operand[i];
-	free(operand);
+	memmove(argv + argc - operands, operand, (size_t)operands * sizeof *operand);
 	return argc - operands;
 }
 
