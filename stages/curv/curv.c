@@ -80,9 +80,6 @@ static void report_result(const struct dense *dense, const struct sharp_counts *
 /* Only vertex and face, for --prep-only. */
 static void put_mesh(struct ply *document, const struct mesh *mesh)
 {
-	static const char *const other[] = {"wedge", "edge", "patch"};
-	for (size_t i = 0; i < sizeof other / sizeof *other; i++)
-		ply_drop_element(document, other[i]);
 	ply_put_points(ply_put_element(document, "vertex", mesh->vertex_count), mesh->xyz);
 	double *corner = mem_array(mesh->face_start[mesh->face_count], sizeof *corner);
 	for (size_t i = 0; i < mesh->face_start[mesh->face_count]; i++)
@@ -91,8 +88,18 @@ static void put_mesh(struct ply *document, const struct mesh *mesh)
 	free(corner);
 }
 
+/* True for an element that curv makes anew, or that a later stage made from what curv makes anew. */
+static bool is_ours(const char *name)
+{
+	static const char *const ours[] = {"vertex", "face", "wedge", "edge", "patch"};
+	for (size_t i = 0; i < sizeof ours / sizeof *ours; i++)
+		if (strcmp(name, ours[i]) == 0)
+			return true;
+	return false;
+}
+
 /* A PLY file's comments are passed on. Its other elements may name vertices by number and would be wrong beside the
- * vertices of a repaired mesh. */
+ * vertices of a repaired mesh: they are dropped, and that is said. */
 static void take_document(struct ply *document, const struct input *input)
 {
 	struct fault ignored = {0};
@@ -105,8 +112,11 @@ static void take_document(struct ply *document, const struct input *input)
 		return;
 	}
 	document->encoding = PLY_ASCII;
-	while (document->element_count > 0)
+	while (document->element_count > 0) {
+		if (!is_ours(document->element[0].name))
+			tool_warn("%s: element '%s' dropped", input->shown, document->element[0].name);
 		ply_drop_element(document, document->element[0].name);
+	}
 }
 
 int main(int argc, char **argv)

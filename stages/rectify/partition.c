@@ -63,8 +63,9 @@ static void make_relative(struct dense_patch *patch, const double low[3], double
 bool partition_new(struct partition *p, const struct dense *dense, const char *shown, struct fault *fault)
 {
 	*p = (struct partition){.dense = dense};
-	if (!half_build_triangles(&p->half, dense->triangle, dense->triangle_count, dense->vertex_count, fault))
-		return false;
+	struct fault inner = {0};
+	if (!half_build_triangles(&p->half, dense->triangle, dense->triangle_count, dense->vertex_count, &inner))
+		return fault_set(fault, inner.code, "%s: %s", shown, inner.text);
 	const size_t n = dense->triangle_count;
 	p->kind = mem_array(3 * n, 1);
 	if (!wedge_mark_edges(p->kind, dense, &p->half, shown, fault)) {

@@ -11,16 +11,16 @@
 #define SCHEMA 1
 
 static const char usage[] =
-	"usage: rectify [-qv] [--sliver length] [--min-area ratio] [--track]\n"
-	"               [--score degrees] [--passes number] [--no-smooth] [--no-cut]\n"
-	"               [--binary] [--no-provenance] [-o file] [file]\n";
+	"usage: rectify [-qv] [--sliver length] [--no-sliver] [--min-area ratio]\n"
+	"               [--track] [--score degrees] [--passes number] [--no-smooth]\n"
+	"               [--no-cut] [--binary] [--no-provenance] [-o file] [file]\n";
 
 struct options {
 	struct tool_common common;
 	const char *in;
 	struct tool_length sliver;
 	double min_area;      /* share of the total area */
-	bool is_track, is_no_smooth, is_no_cut;
+	bool is_no_sliver, is_track, is_no_smooth, is_no_cut;
 	double score_deg;
 	int passes;
 };
@@ -30,6 +30,7 @@ static struct options parse_options(int argc, char **argv)
 	struct options opt = {.sliver = {0.2, true}, .min_area = 5e-4, .score_deg = 25, .passes = 2};
 	const struct tool_option table[] = {
 		{"sliver", 0, TOOL_LENGTH, &opt.sliver, 0, 0},
+		{"no-sliver", 0, TOOL_FLAG, &opt.is_no_sliver, 0, 0},
 		{"min-area", 0, TOOL_NUMBER, &opt.min_area, 0, 0.1},
 		{"track", 't', TOOL_FLAG, &opt.is_track, 0, 0},
 		{"score", 0, TOOL_NUMBER, &opt.score_deg, 0, 90},
@@ -77,7 +78,7 @@ int main(int argc, char **argv)
 		tool_fail(&fault);
 
 	const double side = mesh_bounds(dense.xyz, dense.vertex_count, NULL, NULL);
-	const double sliver = opt.sliver.value > 0 ? tool_length_in_units(opt.sliver, side) : 0;
+	const double sliver = opt.is_no_sliver ? 0 : tool_length_in_units(opt.sliver, side);
 	const size_t edges_before = dense.edge_count;
 	const struct rectification_options how = {sliver, opt.min_area, opt.is_no_smooth, opt.is_no_cut, opt.is_track, opt.score_deg / DEGREES, opt.passes};
 	struct rectification_counts counts;
