@@ -53,6 +53,40 @@ static double chain_length(const struct job *job, size_t c)
 
 /* --- contraction ------------------------------------------------------------------------------------------------- */
 
+/* Passes of the contraction; what is left after them stays. */
+#define MOST_PASSES 32
+
+/* What the contraction looks at, as it was at the start of a pass. */
+struct surroundings {
+	struct patchloops loops;
+	size_t *start;  /* node_count + 1 offsets into incident */
+	size_t *incident; /* chains at each node; a chain from a node to itself twice */
+	bool *touched;  /* a patch: beside or around a contraction of this pass, so that the loops are out of date there */
+};
+
+static void surroundings_init(struct surroundings *around, const struct job *job)
+{
+	const size_t n = job->border->chain_count, nodes = job->border->node_count;
+	patchloops_init(&around->loops, job->border, job->node, job->is_gone, job->dense->patch_count);
+	around->start = mem_array(nodes + 2, sizeof *around->start);
+	around->incident = mem_array(2 * n, sizeof *around->incident);
+	around->touched = mem_array(job->dense->patch_count, sizeof *around->touched);
+	for (size_t i = 0; i < 2 * n; i++)
+		if (!job->is_gone[i / 2] && job->node[i] != NO_INDEX)
+			around->start[job->node[i] + 2]++;
+	for (size_t v = 0; v < nodes; v++)
+		around->start[v + 2] += around->start[v + 1];
+	for (size_t i = 0; i < 2 * n; i++)
+		if (!job->is_gone[i / 2] && job->node[i] != NO_INDEX)
+			around->incident[around->start[job->node[i] + 1]++] = i / 2;
+}
+
+static void surroundings_free(struct surroundings *around)
+{
+	patchloops_free(&around->loops);
+	free(around->start), free(around->incident), free(around->touched);
+}
+
 /* How often does the patch's border come to a node? */
 static size_t visits(const struct job *job, const struct patchloops *loops, idx_t patch, idx_t node)
 {
@@ -65,26 +99,26 @@ static size_t visits(const struct job *job, const struct patchloops *loops, idx_
 
 /* May the chain's two nodes become one? Not when that would tie a knot into some patch: a patch beside the chain must
  * come to each node once and keep three sides, no other patch may know both nodes, no other chain join them. */
-static bool may_contract(const struct job *job, const struct patchloops *loops, size_t c)
+static bool may_contract(const struct job *job, const struct surroundings *around, size_t c)
 {
+	const struct patchloops *loops = &around->loops;
 	const struct border_chain *chain = job->border->chain + c;
 	const idx_t a = job->node[2 * c], b = job->node[2 * c + 1];
 	if (chain->closed || a == b || chain->right < 0)
 		return false;
-	for (size_t o = 0; o < job->border->chain_count; o++) {
-		if (o == c || job->is_gone[o] || job->border->chain[o].closed)
-			continue;
-		const idx_t p = job->node[2 * o], q = job->node[2 * o + 1];
-		if ((p == a && q == b) || (p == b && q == a))
-			return false;
-		if (p != a && p != b && q != a && q != b)
-			continue;
-		const idx_t patch[2] = {job->border->chain[o].left, job->border->chain[o].right};
-		for (int k = 0; k < 2; k++) {
-			if (patch[k] < 0)
+	for (int end = 0; end < 2; end++) {
+		const idx_t here = end ? b : a, there = end ? a : b;
+		for (size_t i = around->start[here]; i < around->start[here + 1]; i++) {
+			const size_t o = around->incident[i];
+			const idx_t patch[2] = {job->border->chain[o].left, job->border->chain[o].right};
+			if (o != c && (job->node[2 * o] == there || job->node[2 * o + 1] == there))
 				return false;
-			if (patch[k] != chain->left && patch[k] != chain->right && visits(job, loops, patch[k], a) > 0 && visits(job, loops, patch[k], b) > 0)
-				return false;
+			for (int k = 0; k < 2; k++) {
+				if (patch[k] < 0 || around->touched[patch[k]])
+					return false;
+				if (patch[k] != chain->left && patch[k] != chain->right && visits(job, loops, patch[k], there) > 0)
+					return false;
+			}
 		}
 	}
 	const idx_t beside[2] = {chain->left, chain->right};
@@ -102,28 +136,44 @@ static bool may_contract(const struct job *job, const struct patchloops *loops, 
 	return true;
 }
 
+/* In passes, each on the loops as the one before left them; within a pass no two contractions share a patch. */
 static size_t contract_short(struct job *job)
 {
-	size_t count = 0;
-	for (size_t c = 0; c < job->border->chain_count; c++) {
-		if (chain_length(job, c) >= job->options.max / 2)
-			continue;
-		struct patchloops loops;
-		patchloops_init(&loops, job->border, job->node, job->is_gone, job->dense->patch_count);
-		const bool may = may_contract(job, &loops, c);
-		patchloops_free(&loops);
-		if (!may)
-			continue;
-		const idx_t a = job->node[2 * c], b = job->node[2 * c + 1];
-		for (size_t k = 0; k < 3; k++)
-			job->node_xyz[3 * (size_t)a + k] = (job->node_xyz[3 * (size_t)a + k] + job->node_xyz[3 * (size_t)b + k]) / 2;
-		for (size_t i = 0; i < 2 * job->border->chain_count; i++)
-			if (job->node[i] == b)
-				job->node[i] = a;
-		job->is_gone[c] = true;
-		count++;
+	const size_t n = job->border->chain_count;
+	size_t *list = mem_array(n, sizeof *list), listed = 0, total = 0;
+	for (size_t c = 0; c < n; c++)
+		if (chain_length(job, c) < job->options.max / 2)
+			list[listed++] = c;
+	size_t changed = listed;
+	for (int pass = 0; pass < MOST_PASSES && changed > 0; pass++) {
+		struct surroundings around;
+		surroundings_init(&around, job);
+		changed = 0;
+		for (size_t k = 0; k < listed; k++) {
+			const size_t c = list[k];
+			if (job->is_gone[c] || !may_contract(job, &around, c))
+				continue;
+			const idx_t a = job->node[2 * c], b = job->node[2 * c + 1];
+			for (int end = 0; end < 2; end++) {
+				const idx_t here = end ? b : a;
+				for (size_t i = around.start[here]; i < around.start[here + 1]; i++) {
+					const size_t o = around.incident[i];
+					around.touched[job->border->chain[o].left] = around.touched[job->border->chain[o].right] = true;
+					for (size_t j = 2 * o; j < 2 * o + 2; j++)
+						if (job->node[j] == b)
+							job->node[j] = a;
+				}
+			}
+			for (size_t i = 0; i < 3; i++)
+				job->node_xyz[3 * (size_t)a + i] = (job->node_xyz[3 * (size_t)a + i] + job->node_xyz[3 * (size_t)b + i]) / 2;
+			job->is_gone[c] = true;
+			changed++;
+		}
+		total += changed;
+		surroundings_free(&around);
 	}
-	return count;
+	free(list);
+	return total;
 }
 
 /* --- fits -------------------------------------------------------------------------------------------------------- */
