@@ -278,39 +278,101 @@ static void star_polygon(struct mesh_edit *edit, size_t f)
 	free(corner);
 }
 
-/* The side of the patch's border nearest to p gets a point. */
-static bool split_side(struct mesh_edit *edit, idx_t patch, const double p[3])
+/* A side of a patch's border: control points a -> b of a face. */
+struct side {
+	idx_t a, b;
+	size_t face;
+};
+
+/* All sides of a patch's border (caller frees): edges of its faces between control points of curves that no other face of it has. */
+static struct side *border_sides(size_t *count, const struct mesh_edit *edit, idx_t patch)
 {
-	const double *xyz = edit->draft->control.xyz;
 	const unsigned char *role = edit->draft->control.role;
-	double least = INFINITY;
-	idx_t a = NO_INDEX, b = NO_INDEX;
-	size_t face = 0;
+	size_t room = 0;
+	for (size_t f = 0; f < edit->count; f++)
+		room += edit->ring[f].patch == patch ? edit->ring[f].count : 0;
+	struct side *side = mem_array(room, sizeof *side);
+	*count = 0;
 	for (size_t f = 0; f < edit->count; f++) {
 		const struct ring *ring = &edit->ring[f];
 		for (size_t i = 0; ring->patch == patch && i < ring->count; i++) {
-			const idx_t c = ring->corner[i], d = ring->corner[(i + 1) % ring->count];
-			if (role[c] == POINT_INSIDE || role[d] == POINT_INSIDE)
-				continue;
-			const idx_t across = face_with(edit, d, c);
-			if (across != NO_INDEX && edit->ring[across].patch == patch)
-				continue; /* a chord */
-			double cd[3], cp[3];
-			sub3(cd, &xyz[3 * (size_t)d], &xyz[3 * (size_t)c]);
-			sub3(cp, p, &xyz[3 * (size_t)c]);
-			const double squared = dot3(cd, cd);
-			const double t = squared > 0 ? fmin(fmax(dot3(cp, cd) / squared, 0), 1) : 0;
-			add_scaled3(cp, -t, cd);
-			if (norm3(cp) < least)
-				least = norm3(cp), a = c, b = d, face = f;
+			const idx_t a = ring->corner[i], b = ring->corner[(i + 1) % ring->count];
+			const idx_t across = face_with(edit, b, a);
+			if (role[a] != POINT_INSIDE && role[b] != POINT_INSIDE && (across == NO_INDEX || edit->ring[across].patch != patch))
+				side[(*count)++] = (struct side){a, b, f};
 		}
 	}
-	if (a == NO_INDEX)
-		return false;
-	const idx_t point = split_point(edit, a, b);
-	insert_corner(edit, face, a, b, point);
-	spread(edit, a, b, point);
-	return true;
+	return side;
+}
+
+static void split_border(struct mesh_edit *edit, const struct side *side)
+{
+	const idx_t point = split_point(edit, side->a, side->b);
+	insert_corner(edit, side->face, side->a, side->b, point);
+	spread(edit, side->a, side->b, point);
+}
+
+/* Twice the signed area of a, b, c seen along normal. */
+static double turn(const double *a, const double *b, const double *c, const double normal[3])
+{
+	double area[3];
+	area_vector3(area, a, b, c);
+	return dot3(area, normal);
+}
+
+/* Where the control polygons of a plane patch's borders cross, no faces between them can lie flat: the longer side of each
+ * crossing pair is split, which draws its polygon towards its curve. Returns how many were. O(sides^2). */
+static size_t split_crossings(struct mesh_edit *edit, idx_t patch)
+{
+	size_t count, steps = 0;
+	struct side *side = border_sides(&count, edit, patch);
+	unsigned char *split = mem_array(count, 1);
+	const double *xyz = edit->draft->control.xyz, *normal = edit->target->dense->patch[patch].axis;
+	for (size_t i = 0; i < count; i++)
+		for (size_t j = i + 1; j < count; j++) {
+			if (side[i].a == side[j].a || side[i].a == side[j].b || side[i].b == side[j].a || side[i].b == side[j].b)
+				continue;
+			const double *a = &xyz[3 * (size_t)side[i].a], *b = &xyz[3 * (size_t)side[i].b];
+			const double *c = &xyz[3 * (size_t)side[j].a], *d = &xyz[3 * (size_t)side[j].b];
+			if (turn(a, b, c, normal) * turn(a, b, d, normal) < 0 && turn(c, d, a, normal) * turn(c, d, b, normal) < 0)
+				split[distance3(a, b) >= distance3(c, d) ? i : j] = 1;
+		}
+	for (size_t i = 0; i < count; i++)
+		if (split[i]) {
+			/* An earlier step may have changed the face. */
+			const idx_t face = face_with(edit, side[i].a, side[i].b);
+			if (face == NO_INDEX)
+				continue;
+			side[i].face = (size_t)face;
+			edit->split_count = 0;
+			split_border(edit, &side[i]);
+			steps++;
+		}
+	free(side), free(split);
+	return steps;
+}
+
+/* The side of the patch's border nearest to p gets a point. */
+static bool split_nearest_side(struct mesh_edit *edit, idx_t patch, const double p[3])
+{
+	size_t count, best = 0;
+	struct side *side = border_sides(&count, edit, patch);
+	const double *xyz = edit->draft->control.xyz;
+	double least = INFINITY;
+	for (size_t i = 0; i < count; i++) {
+		double along[3], offset[3];
+		sub3(along, &xyz[3 * (size_t)side[i].b], &xyz[3 * (size_t)side[i].a]);
+		sub3(offset, p, &xyz[3 * (size_t)side[i].a]);
+		const double squared = dot3(along, along);
+		const double t = squared > 0 ? fmin(fmax(dot3(offset, along) / squared, 0), 1) : 0;
+		add_scaled3(offset, -t, along);
+		if (norm3(offset) < least)
+			least = norm3(offset), best = i;
+	}
+	if (count > 0)
+		split_border(edit, &side[best]);
+	free(side);
+	return count > 0;
 }
 
 struct pick {
@@ -361,9 +423,11 @@ size_t enrich(struct draft *draft, const struct target *target, const struct pat
 		const idx_t p = edit.ring[f].patch;
 		edit.split_count = 0;
 		if (want[p] == WANT_BORDER) {
-			if (!border_done[p])
-				steps += split_side(&edit, p, error[p].folded > 0 ? error[p].fold_point : error[p].worst_point);
+			if (border_done[p])
+				continue;
 			border_done[p] = 1;
+			const size_t crossings = is_plane(&edit, p) ? split_crossings(&edit, p) : 0;
+			steps += crossings ? crossings : split_nearest_side(&edit, p, error[p].folded > 0 ? error[p].fold_point : error[p].worst_point);
 			continue;
 		}
 		if (edit.ring[f].touched)

@@ -113,8 +113,9 @@ int main(int argc, char **argv)
 	const struct target target = {&dense, nearest, &border, sample, sample_triangle, SAMPLES};
 	const struct rounds rounds = {&target, &half, chain_of_curve, {options.iterations, options.level, options.variant}, {max, mean}, options.rounds, tool_say};
 	struct patch_error *error = mem_array(dense.patch_count, sizeof *error);
+	struct layouts layouts = {mem_array(dense.patch_count, 1), mem_array(dense.patch_count, 1)};
 	size_t smooth = 0;
-	if (!rounds_layout(&draft, &rounds, NULL, &fault) || !rounds_fit(&draft, error, &rounds, &fault)
+	if (!rounds_layout(&draft, &rounds, &layouts, NULL, &fault) || !rounds_fit(&draft, &layouts, error, &rounds, &fault)
 	    || !rounds_relax(&draft, error, &smooth, tangential, &rounds, &fault))
 		tool_fail(&fault);
 	tool_say("%zu of %zu tangential curves are smooth", smooth, tangential_count);

@@ -14,7 +14,7 @@
 #include "stages/geometry/lsq.h"
 #include "stages/geometry/vector.h"
 
-static const double curve_weight = 3;       /* of a crease sample against a surface sample of the same area */
+static const double curve_weight = 3;        /* of a crease sample against a surface sample of the same area */
 static const double node_weight = 10;
 static const double reverse_weight = 0.5;
 static const double slide = 0.003;          /* isotropic share of every metric: little, or samples could not slide */
@@ -167,7 +167,29 @@ static void add_regularity(struct system *system, double step)
 	free(degree), free(middle);
 }
 
-bool joint_fit(struct draft *draft, const struct target *target, const struct joint_options *options, struct fault *fault)
+/* Go to next, but no point farther than its nearest neighbour is: the quadratic forms mean little beyond. */
+static void move_points(struct system *system, const double *next)
+{
+	const struct cage *cage = &system->terms->cage;
+	double *reach = mem_array(cage->vertex_count, sizeof *reach);
+	for (size_t v = 0; v < cage->vertex_count; v++)
+		reach[v] = INFINITY;
+	for (size_t f = 0; f < cage->face_count; f++)
+		for (size_t i = cage->face_start[f]; i < cage->face_start[f + 1]; i++) {
+			const idx_t a = cage->face_corner[i], b = cage->face_corner[i + 1 < cage->face_start[f + 1] ? i + 1 : cage->face_start[f]];
+			const double length = distance3(&system->xyz[3 * (size_t)a], &system->xyz[3 * (size_t)b]);
+			reach[a] = fmin(reach[a], length), reach[b] = fmin(reach[b], length);
+		}
+	for (size_t v = 0; v < cage->vertex_count; v++) {
+		double step[3];
+		sub3(step, &next[3 * v], &system->xyz[3 * v]);
+		const double length = norm3(step);
+		add_scaled3(&system->xyz[3 * v], length > reach[v] ? reach[v] / length : 1, step);
+	}
+	free(reach);
+}
+
+bool joint_fit(struct draft *draft, const struct target *target, const struct joint_options *options, const unsigned char *still, struct fault *fault)
 {
 	struct terms terms;
 	if (!terms_make(&terms, draft, options->steps, true, fault))
@@ -180,7 +202,7 @@ bool joint_fit(struct draft *draft, const struct target *target, const struct jo
 	system.node = start;
 	system.fixed = mem_array(n, 1);
 	for (size_t v = 0; v < n; v++)
-		system.fixed[v] = draft->control.held[terms.control_of[v]];
+		system.fixed[v] = draft->control.held[terms.control_of[v]] || (still && still[terms.control_of[v]]);
 	for (size_t s = 0; s < terms.level.vertex_count; s++)
 		system.area += terms.area[s];
 	double *next = mem_array(3 * n, sizeof *next), *best = mem_copy(system.xyz, 3 * n, sizeof(double));
@@ -202,7 +224,7 @@ bool joint_fit(struct draft *draft, const struct target *target, const struct jo
 			add_regularity(&system, step);
 			solved = lsq_solve(system.lsq, next);
 			if (solved)
-				memcpy(system.xyz, next, 3 * n * sizeof *next);
+				move_points(&system, next);
 		}
 		lsq_free(system.lsq);
 		if (!solved && !(error > least))

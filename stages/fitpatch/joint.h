@@ -50,8 +50,9 @@ struct patch_error {
  * NO_INDEX for points that no face uses. */
 void draft_cage(struct cage *cage, idx_t **vertex_of, const struct draft *draft);
 
-/* Optimise all control points that are not held. False with a fault when the draft is no manifold cage. */
-bool joint_fit(struct draft *draft, const struct target *target, const struct joint_options *options, struct fault *fault);
+/* Optimise all control points that are not held, by a person or by still[control point] (NULL: none). False with a fault when the draft is no
+ * manifold cage. */
+bool joint_fit(struct draft *draft, const struct target *target, const struct joint_options *options, const unsigned char *still, struct fault *fault);
 
 /* What is wrong with a control polygon. */
 struct face_error {

@@ -132,8 +132,9 @@ static double *vertex_normals(const struct sheet *sheet)
 }
 
 /* Take out every vertex that is no control point, few neighbours first and never two neighbours in one pass, so that rings
- * stay small and round (Schroeder, Zarge and Lorensen 1992). Vertices that cannot go stay. Returns how many stay. */
-static size_t thin_out(struct sheet *sheet, const struct sheet_cost *cost)
+ * stay small and round (Schroeder, Zarge and Lorensen 1992). Vertices that cannot go stay, and so do those inside the patch that
+ * would leave the surface by more than limit: drift (a vertex) holds how far the triangles around may be off already. Returns how many stay. */
+static size_t thin_out(struct sheet *sheet, const struct sheet_cost *cost, double *drift, double limit)
 {
 	unsigned char *rested = mem_array(sheet->vertex_count, 1);
 	idx_t *waiting = mem_array(sheet->vertex_count, sizeof *waiting);
@@ -143,7 +144,7 @@ static size_t thin_out(struct sheet *sheet, const struct sheet_cost *cost)
 			waiting[count++] = (idx_t)v;
 	static const size_t ring_limit[] = {7, 9, 12, 18, 30, SHEET_RING_LIMIT};
 	enum { LIMITS = sizeof ring_limit / sizeof *ring_limit };
-	size_t limit = 0;
+	size_t step = 0;
 	for (int pass = 0; count > 0 && pass < 200; pass++) {
 		memset(rested, 0, sheet->vertex_count);
 		size_t left = 0;
@@ -153,14 +154,18 @@ static size_t thin_out(struct sheet *sheet, const struct sheet_cost *cost)
 			idx_t ring[SHEET_RING_LIMIT];
 			const size_t degree = sheet_ring(sheet, v, ring, SHEET_RING_LIMIT);
 			bool gone = false;
-			if (degree <= ring_limit[limit] && !rested[v]) {
+			if (degree <= ring_limit[step] && !rested[v]) {
 				/* A fold is accepted only when nothing else is left to do. */
-				const double price = sheet_remove(sheet, v, cost, false);
-				if (price < (limit + 1 < LIMITS ? 30 : INFINITY)) {
-					sheet_remove(sheet, v, cost, true);
+				double height;
+				const double price = sheet_remove(sheet, v, cost, &height, false);
+				const bool near = height + drift[v] <= limit || sheet_on_border(sheet, v);
+				if (near && price < (step + 1 < LIMITS ? 30 : INFINITY)) {
+					sheet_remove(sheet, v, cost, NULL, true);
 					gone = true;
-					for (size_t k = 0; k < degree; k++)
+					for (size_t k = 0; k < degree; k++) {
 						rested[ring[k]] = 1;
+						drift[ring[k]] = fmax(drift[ring[k]], height + drift[v]);
+					}
 				}
 			}
 			if (!gone)
@@ -168,8 +173,8 @@ static size_t thin_out(struct sheet *sheet, const struct sheet_cost *cost)
 		}
 		count = left;
 		if (before - left <= before / 50) {
-			if (limit + 1 < LIMITS)
-				limit++;
+			if (step + 1 < LIMITS)
+				step++;
 			else if (before == left)
 				break;
 		}
@@ -217,7 +222,7 @@ bool layout_patch(enum layout_kind *kind, struct layout_context *context, idx_t 
 	struct loops loops;
 	loops_find(&loops, &sheet);
 	bool done = false;
-	if (!is_plane) {
+	if (!is_plane && context->detail[patch] == 0) {
 		if (loops_band(context, &sheet, &loops, patch))
 			*kind = LAYOUT_BAND, done = true;
 		else if (loops_grid(context, &sheet, &loops, patch))
@@ -236,14 +241,16 @@ bool layout_patch(enum layout_kind *kind, struct layout_context *context, idx_t 
 	                               .patch = patch, .is_plane = is_plane, .diameter = thinning.size};
 	chord_open(&chords);
 	const struct sheet_cost coherent = {chord_cost, chord_triangle_cost, &chords};
-	thin_out(&sheet, &short_edges);
+	double *drift = mem_array(sheet.vertex_count, sizeof *drift);
+	const double limit = context->detail[patch] ? ldexp(16 * context->tolerance, -context->detail[patch]) : INFINITY;
+	thin_out(&sheet, &short_edges, drift, limit);
 	swap_edges(&sheet, &coherent);
 	/* What had to wait may be free to go after the swaps. */
 	bool border_left = false;
-	if (thin_out(&sheet, &coherent) > 0)
+	if (thin_out(&sheet, &coherent, drift, limit) > 0)
 		for (size_t v = 0; v < sheet.vertex_count; v++)
 			border_left |= sheet.outgoing[v] != NO_INDEX && sheet.point[v] == NO_INDEX && sheet_on_border(&sheet, (idx_t)v);
-	free(normal);
+	free(normal), free(drift);
 	bool good = true;
 	if (border_left) {
 		good = fault_set(fault, EX_BAD_INPUT, "patch %" PRIidx ": its border cannot be thinned out to the control points", patch);

@@ -44,6 +44,8 @@ struct layout_context {
 	const struct anchors *anchors;
 	double tolerance;              /* largest distance, model units */
 	double flat;                   /* a polygon this flat is plane, model units */
+	const unsigned char *detail;   /* a patch: 0: no points inside but those that topology asks for; n: the triangles before the merge
+	                                  follow the patch within 16 * tolerance / 2^n */
 	struct edge_set *taken;        /* edges of the curves and of the patches done so far */
 	struct control *control;
 	struct polygons *polygons;

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "stages/geometry/nearest.h"
 #include "stages/geometry/vector.h"
 
 /* Union-find over corners: a local vertex is a fan of corners. */
@@ -270,7 +271,19 @@ static idx_t fill_hole(struct sheet *sheet, const struct plan *plan, const struc
 	return t + 2;
 }
 
-double sheet_remove(struct sheet *sheet, idx_t vertex, const struct sheet_cost *cost, bool apply)
+/* Distance of p to the planned triangles of corner i .. j. */
+static double plan_distance(const struct plan *plan, const struct hole *hole, const struct sheet *sheet, const double p[3], size_t i, size_t j)
+{
+	if (plan->split[i][j] < 0)
+		return INFINITY;
+	const size_t k = (size_t)plan->split[i][j];
+	double point[3], weight[3];
+	const double here = nearest_on_triangle(point, weight, p, &sheet->xyz[3 * (size_t)hole->corner[i]], &sheet->xyz[3 * (size_t)hole->corner[k]],
+	                                        &sheet->xyz[3 * (size_t)hole->corner[j]]);
+	return fmin(here, fmin(plan_distance(plan, hole, sheet, p, i, k), plan_distance(plan, hole, sheet, p, k, j)));
+}
+
+double sheet_remove(struct sheet *sheet, idx_t vertex, const struct sheet_cost *cost, double *height, bool apply)
 {
 	struct hole hole;
 	if (!hole_around(&hole, sheet, vertex))
@@ -288,6 +301,8 @@ double sheet_remove(struct sheet *sheet, idx_t vertex, const struct sheet_cost *
 		if (isinf(price))
 			return INFINITY;
 	}
+	if (height)
+		*height = hole.count >= 3 ? plan_distance(&plan, &hole, sheet, &sheet->xyz[3 * (size_t)vertex], 0, hole.count - 1) : 0;
 	if (!apply)
 		return price;
 

@@ -54,8 +54,8 @@ struct sheet_cost {
 #define SHEET_RING_LIMIT 48
 
 /* Cheapest triangulation of the hole that a vertex would leave (Klincsek 1980, O(ring^3)); INFINITY when there is none.
- * With apply, do it. */
-double sheet_remove(struct sheet *sheet, idx_t vertex, const struct sheet_cost *cost, bool apply);
+ * *height (may be NULL) is how far the vertex is from it. With apply, do it. */
+double sheet_remove(struct sheet *sheet, idx_t vertex, const struct sheet_cost *cost, double *height, bool apply);
 
 /* Swap the inner edge of h when the other diagonal is cheaper, triangles counted; returns whether it was. */
 bool sheet_swap(struct sheet *sheet, idx_t h, const struct sheet_cost *cost);
