@@ -163,11 +163,36 @@ static void failed_files_are_refused(void **state)
 		assert_true(run_folder(f, false) >= formats[f].least_failed);
 }
 
+/* The example of each format's page: the lines between ".Bd" and ".Ed" that begin with "ply". */
+static void examples_of_pages_are_read(void **state)
+{
+	(void)state;
+	for (size_t f = 0; f < sizeof formats / sizeof *formats; f++) {
+		char page[100], path[100], folder[64];
+		static char text[100000];
+		snprintf(page, sizeof page, "man/man5/cagewright-%s.5", formats[f].format);
+		file_text(text, sizeof text, page);
+		char *start = strstr(text, "\nply\nformat");
+		char *end = start ? strstr(start, "\n.Ed\n") : NULL;
+		if (!end)
+			fail_msg("%s: no example", page);
+		folder_make(folder);
+		snprintf(path, sizeof path, "%s/example.ply", folder);
+		file_write(path, start + 1, (size_t)(end - start));
+		struct fault fault = {0};
+		const bool good = formats[f].check(path, &fault);
+		folder_remove(folder);
+		if (!good)
+			fail_msg("%s: %s", page, fault.text);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(passed_files_are_read),
 		cmocka_unit_test(failed_files_are_refused),
+		cmocka_unit_test(examples_of_pages_are_read),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
