@@ -3,7 +3,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "stages/geometry/primitive.h"
 #include "stages/geometry/vector.h"
@@ -18,6 +17,7 @@
 #define COST_MOST 4
 #define GAIN_LEAST 1e-9             /* of the energy: less is rounding, and would make a second run move again */
 #define PHASE_LIMIT 500
+#define REACH_ROUNDS 12
 
 double label_surface_cost(const void *context, idx_t triangle, idx_t label)
 {
@@ -66,43 +66,71 @@ struct smoother {
 	struct mincut_edge *edge;
 };
 
-void labelsmooth_fix(unsigned char *fixed, const struct partition *p, int rings)
+void labelsmooth_fix(unsigned char *fixed, const struct partition *p, double reach)
 {
 	const struct half *half = &p->half;
-	idx_t *queue = mem_array(half->face_count, sizeof *queue);
-	size_t tail = 0, ring_start = 0;
-	memset(fixed, 1, half->face_count);
+	double *distance = mem_array(half->face_count, sizeof *distance);
+	idx_t *queue = mem_array(half->face_count, sizeof *queue), *next = mem_array(half->face_count, sizeof *next);
+	unsigned char *is_queued = mem_array(half->face_count, 1);
+	size_t count = 0;
+	for (size_t t = 0; t < half->face_count; t++)
+		distance[t] = INFINITY;
 	for (size_t h = 0; h < half->half_count; h++) {
 		const idx_t twin = half->twin[h], t = half->face[h];
-		if (twin == NO_INDEX || p->kind[h] || p->group[p->label[t]] == p->group[p->label[half->face[twin]]] || !fixed[t])
+		if (twin == NO_INDEX || p->kind[h] || p->group[p->label[t]] == p->group[p->label[half->face[twin]]])
 			continue;
-		fixed[t] = 0;
-		queue[tail++] = t;
+		/* from the border's middle */
+		double middle[3];
+		for (int i = 0; i < 3; i++)
+			middle[i] = 0.5 * (p->xyz[3 * half->origin[h] + i] + p->xyz[3 * half->origin[twin] + i]);
+		distance[t] = fmin(distance[t], distance3(middle, p->centroid + 3 * t));
+		if (distance[t] <= reach && !is_queued[t]) {
+			is_queued[t] = 1;
+			queue[count++] = t;
+		}
 	}
-	for (int ring = 1; ring < rings; ring++) {
-		const size_t ring_end = tail;
-		for (size_t i = ring_start; i < ring_end; i++)
+	/* a few rounds of relaxation: a longer way through more triangles than that is not looked for */
+	for (int round = 0; round < REACH_ROUNDS && count > 0; round++) {
+		size_t next_count = 0;
+		for (size_t i = 0; i < count; i++)
+			is_queued[queue[i]] = 0;
+		for (size_t i = 0; i < count; i++)
 			for (idx_t h = 3 * queue[i]; h < 3 * queue[i] + 3; h++) {
-				if (half->twin[h] == NO_INDEX || p->kind[h] || !fixed[half->face[half->twin[h]]])
+				if (half->twin[h] == NO_INDEX || p->kind[h])
 					continue;
-				fixed[half->face[half->twin[h]]] = 0;
-				queue[tail++] = half->face[half->twin[h]];
+				const idx_t t = half->face[half->twin[h]];
+				const double d = distance[queue[i]] + distance3(p->centroid + 3 * queue[i], p->centroid + 3 * t);
+				if (d > reach || d >= distance[t])
+					continue;
+				distance[t] = d;
+				if (!is_queued[t]) {
+					is_queued[t] = 1;
+					next[next_count++] = t;
+				}
 			}
-		ring_start = ring_end;
+		idx_t *swap = queue;
+		queue = next, next = swap;
+		count = next_count;
 	}
+	for (size_t t = 0; t < half->face_count; t++)
+		fixed[t] = distance[t] > reach;
+	free(distance);
 	free(queue);
+	free(next);
+	free(is_queued);
 }
 
 /* What a border along h costs. Its width counts as that of the narrower triangle beside it, at most a typical one:
- * otherwise the thin end of a patch would cost more border than it has area to speak for it, and be eaten up. */
-static double border_weight(const struct smoother *s, idx_t h, idx_t label)
+ * otherwise the thin end of a patch would cost more border than it has area to speak for it, and be eaten up. Between
+ * free patches there is hardly anything else to speak, and only the length may count. */
+static double border_weight(const struct smoother *s, idx_t h, idx_t label, bool is_free)
 {
 	const struct partition *p = s->p;
 	if (p->kind[h] || !(p->length[h] > 0))
 		return 0;
 	const double scale = s->options->scale ? s->options->scale[label] : p->scale;
 	const double thinner = fmin(p->area[p->half.face[h]], p->area[p->half.face[p->half.twin[h]]]);
-	const double width = fmin(scale, 2 * thinner / p->length[h]);
+	const double width = is_free ? scale : fmin(scale, 2 * thinner / p->length[h]);
 	return LAMBDA * width * p->length[h] * fmax(OMEGA_LOW, 1 - fabs(p->bend[h]) / SHARP_RAD);
 }
 
@@ -152,6 +180,7 @@ static size_t smooth_pair(struct smoother *s, const struct border *border, size_
 	struct partition *p = s->p;
 	const struct half *half = &p->half;
 	const idx_t pair[2] = {border[0].a, border[0].b};
+	const bool is_free = p->patch[pair[0]].kind == PATCH_FREE && p->patch[pair[1]].kind == PATCH_FREE;
 	const size_t count = collect_band(s, border, border_count);
 	size_t edge_count = 0, changed = 0;
 	for (size_t i = 0; i < count; i++) {
@@ -162,7 +191,7 @@ static size_t smooth_pair(struct smoother *s, const struct border *border, size_
 			if (half->twin[h] == NO_INDEX)
 				continue;
 			const idx_t other = half->face[half->twin[h]];
-			const double weight = border_weight(s, h, pair[0]);
+			const double weight = border_weight(s, h, pair[0], is_free);
 			if (s->local[other] != NO_INDEX) {
 				if (h < half->twin[h] && weight > 0)
 					s->edge[edge_count++] = (struct mincut_edge){(idx_t)i, s->local[other], weight};

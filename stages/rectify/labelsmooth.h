@@ -28,9 +28,10 @@ struct labelsmooth_counts {
 	size_t unfinished;    /* cuts that met the limit of their iterations */
 };
 
-/* fixed[t] = 0 for the triangles within the rings of a smooth border between groups, 1 for others: with it several calls
- * together cannot carry a border of free patches, which no surface holds in its place, farther than that. */
-void labelsmooth_fix(unsigned char *fixed, const struct partition *p, int rings);
+/* fixed[t] = 0 for triangles whose middle is within reach (longest side 1, along the surface) of a smooth border between
+ * groups, 1 for others: with it several calls together cannot carry a border of free patches, which no surface holds in
+ * its place, farther than that. O(n). */
+void labelsmooth_fix(unsigned char *fixed, const struct partition *p, double reach);
 
 /* Minimise sum over triangles of area * cost + sum over edges between labels of lambda * length * omega, where omega is 0 on
  * sharp edges and else max(0.1, 1 - bend / 40 degrees), lambda half a typical edge. For two neighbouring patches at a time the

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #define RINGS 4
+#define FREE_REACH 2.5     /* typical widths that a border of free patches may move */
 #define LOSS_MOST 0.3      /* a border that would take more of a patch is no border */
 #define SMOOTH_ROUNDS 12
 #define SMOOTH_REPEATS 3
@@ -31,7 +32,7 @@ bool rectification(struct dense *dense, struct rectification_counts *counts, con
 	} else {
 		unsigned char *fixed = mem_array(dense->triangle_count, 1);
 		const struct labelsmooth_options smooth = {label_surface_cost, &p, NULL, NULL, fixed, RINGS, LOSS_MOST, SMOOTH_ROUNDS};
-		labelsmooth_fix(fixed, &p, RINGS);
+		labelsmooth_fix(fixed, &p, FREE_REACH * p.scale);
 		/* pieces that change hands may set borders free to move */
 		for (int i = 0; i < SMOOTH_REPEATS; i++) {
 			const size_t moved = counts->smooth.relabelled, given = counts->split + counts->absorbed;
