@@ -1,7 +1,7 @@
 /* Polygon meshes as flat arrays, and reading them from any foreign file.
  *
- * STL OFF OBJ PLY, each also .gz, and OM through the OpenMesh shim (its readers of the others turn doubles to floats, and take
- * damaged files for good ones); nothing is repaired here. See cagewright-mesh(5). */
+ * STL OFF OBJ PLY OM, each also .gz. The readers are ours: OpenMesh's turn doubles to floats, lose what comments surround,
+ * take damaged files for good ones, and end the program in others. Nothing is repaired here. See cagewright-mesh(5). */
 #ifndef CAGEWRIGHT_MESH_H
 #define CAGEWRIGHT_MESH_H
 

@@ -1,4 +1,4 @@
-/* Which reader a file is for; PLY and OM; what all meshes must obey. */
+/* Which reader a file is for; PLY; what all meshes must obey. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -6,7 +6,6 @@
 
 #include "formats/mesh_text.h"
 #include "formats/ply.h"
-#include "formats/shim/openmesh.h"
 
 static bool ply_faces(struct mesh *mesh, const struct ply *ply, const char *shown, struct fault *fault)
 {
@@ -43,35 +42,6 @@ static bool read_ply(struct mesh *mesh, const struct input *input, struct fault 
 static size_t little32(const unsigned char *bytes)
 {
 	return bytes[0] | (size_t)bytes[1] << 8 | (size_t)bytes[2] << 16 | (size_t)bytes[3] << 24;
-}
-
-/* OpenMesh's own format: the only one that its library has to explain. Magic "OM", kind of mesh, version, three counts. */
-static bool read_om(struct mesh *mesh, const struct input *input, struct fault *fault)
-{
-	if (input->size < 16)
-		return fault_set(fault, EX_BAD_INPUT, "%s: %zu bytes are too few for an OM file", input->shown, input->size);
-	const size_t vertices = little32(input->data + 4), faces = little32(input->data + 8);
-	if (vertices > input->size / 12 || faces > input->size / 3)
-		return fault_set(fault, EX_BAD_INPUT, "%s: byte 4: %zu vertices and %zu faces are promised, more than the file can hold", input->shown, vertices,
-		                 faces);
-	char message[200] = "";
-	int64_t *corner;
-	if (shim_read(input->data, input->size, "om", &mesh->xyz, &mesh->vertex_count, &corner, &mesh->face_start, &mesh->face_count, message,
-	              sizeof message) != 0)
-		return fault_set(fault, EX_BAD_INPUT, "%s: %s", input->shown, message);
-	const size_t corners = mesh->face_start[mesh->face_count];
-	mesh->corner = mem_array(corners, sizeof *mesh->corner);
-	bool good = mesh->vertex_count == vertices && mesh->face_count == faces;
-	if (!good)
-		fault_set(fault, EX_BAD_INPUT, "%s: %zu of %zu vertices and %zu of %zu faces are there", input->shown, mesh->vertex_count, vertices,
-		          mesh->face_count, faces);
-	for (size_t h = 0; h < corners && good; h++) {
-		if (corner[h] < 0 || corner[h] >= (int64_t)vertices)
-			good = fault_set(fault, EX_BAD_INPUT, "%s: a face has vertex %lld of %zu", input->shown, (long long)corner[h], vertices);
-		mesh->corner[h] = (idx_t)corner[h];
-	}
-	free(corner);
-	return good;
 }
 
 static bool starts_with(const struct input *input, const char *word)
@@ -122,7 +92,7 @@ static bool read_by_kind(struct mesh *mesh, const struct input *input, struct fa
 	if (strcmp(extension, "obj") == 0)
 		return mesh_read_obj(mesh, input, fault);
 	if (strcmp(extension, "om") == 0)
-		return read_om(mesh, input, fault);
+		return mesh_read_om(mesh, input, fault);
 	if (strcmp(extension, "off") == 0)
 		return mesh_read_off(mesh, input, fault);
 	if (has_stl_size(input))

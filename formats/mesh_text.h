@@ -52,6 +52,7 @@ void builder_end_face(struct mesh_builder *builder);
 bool mesh_read_stl_text(struct mesh *mesh, const struct input *input, struct fault *fault);
 bool mesh_read_stl_binary(struct mesh *mesh, const struct input *input, struct fault *fault);
 bool mesh_read_off(struct mesh *mesh, const struct input *input, struct fault *fault);
+bool mesh_read_om(struct mesh *mesh, const struct input *input, struct fault *fault);
 bool mesh_read_obj(struct mesh *mesh, const struct input *input, struct fault *fault);
 
 #endif

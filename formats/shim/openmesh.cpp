@@ -1,5 +1,4 @@
-/* OpenMesh behind C. Its readers deliver into flat arrays through an importer of ours, because its mesh classes would
- * quietly duplicate vertices at complex edges; its mesh classes serve for connectivity and for edge collapses only. */
+/* OpenMesh behind C: connectivity and edge collapses. */
 #include "formats/shim/openmesh.h"
 
 #if defined(__GNUC__) && !defined(__clang__)
@@ -9,17 +8,10 @@
 #include <cfloat>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
-#include <istream>
-#include <memory>
-#include <new>
-#include <streambuf>
 #include <string>
 #include <vector>
 
-#include <OpenMesh/Core/IO/MeshIO.hh>
-#include <OpenMesh/Core/IO/IOManager.hh>
 #include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>
@@ -43,120 +35,6 @@ int refuse(char *message, size_t message_size, const char *text)
 	if (message_size > 0)
 		std::snprintf(message, message_size, "%s", text);
 	return -1;
-}
-
-/* Bytes in memory as a stream that can seek (the readers rewind after a look at the header). */
-class MemoryBuffer : public std::streambuf {
-public:
-	MemoryBuffer(const void *data, size_t size)
-	{
-		char *begin = const_cast<char *>(static_cast<const char *>(data));
-		setg(begin, begin, begin + size);
-	}
-
-protected:
-	pos_type seekoff(off_type off, std::ios_base::seekdir way, std::ios_base::openmode) override
-	{
-		const off_type size = egptr() - eback();
-		const off_type from = way == std::ios_base::beg ? 0 : way == std::ios_base::cur ? gptr() - eback() : size;
-		if (from + off < 0 || from + off > size)
-			return pos_type(off_type(-1));
-		setg(eback(), eback() + from + off, egptr());
-		return pos_type(from + off);
-	}
-	pos_type seekpos(pos_type pos, std::ios_base::openmode which) override
-	{
-		return seekoff(off_type(pos), std::ios_base::beg, which);
-	}
-};
-
-/* Collects vertices and faces as they come; everything else is dropped. */
-class Collector : public IO::BaseImporter {
-public:
-	std::vector<double> xyz;
-	std::vector<int64_t> corner;
-	std::vector<size_t> face_start{0};
-
-	VertexHandle add_vertex(const Vec3f &p) override { return add_vertex(Vec3d(p)); }
-	VertexHandle add_vertex(const Vec3d &p) override
-	{
-		xyz.insert(xyz.end(), {p[0], p[1], p[2]});
-		return VertexHandle(int(xyz.size() / 3 - 1));
-	}
-	VertexHandle add_vertex() override { return add_vertex(Vec3d(0, 0, 0)); }
-	HalfedgeHandle add_edge(VertexHandle, VertexHandle) override { return HalfedgeHandle(); }
-	FaceHandle add_face(const VHandles &indices) override
-	{
-		for (const VertexHandle &v : indices)
-			corner.push_back(v.idx());
-		face_start.push_back(corner.size());
-		return FaceHandle(int(face_start.size() - 2));
-	}
-	FaceHandle add_face(HalfedgeHandle) override { return FaceHandle(); }
-	void set_point(VertexHandle v, const Vec3f &p) override
-	{
-		for (int i = 0; i < 3 && size_t(v.idx()) < xyz.size() / 3; i++)
-			xyz[3 * size_t(v.idx()) + size_t(i)] = p[i];
-	}
-	void add_face_texcoords(FaceHandle, VertexHandle, const std::vector<Vec2f> &) override {}
-	void add_face_texcoords(FaceHandle, VertexHandle, const std::vector<Vec3f> &) override {}
-	void set_face_texindex(FaceHandle, int) override {}
-	void set_halfedge(VertexHandle, HalfedgeHandle) override {}
-	void set_normal(VertexHandle, const Vec3f &) override {}
-	void set_normal(VertexHandle, const Vec3d &) override {}
-	void set_color(VertexHandle, const Vec3uc &) override {}
-	void set_color(VertexHandle, const Vec4uc &) override {}
-	void set_color(VertexHandle, const Vec3f &) override {}
-	void set_color(VertexHandle, const Vec4f &) override {}
-	void set_texcoord(VertexHandle, const Vec2f &) override {}
-	void set_status(VertexHandle, const Attributes::StatusInfo &) override {}
-	void set_next(HalfedgeHandle, HalfedgeHandle) override {}
-	void set_face(HalfedgeHandle, FaceHandle) override {}
-	void request_face_texcoords2D() override {}
-	void set_texcoord(HalfedgeHandle, const Vec2f &) override {}
-	void set_texcoord(VertexHandle, const Vec3f &) override {}
-	void set_texcoord(HalfedgeHandle, const Vec3f &) override {}
-	void set_status(HalfedgeHandle, const Attributes::StatusInfo &) override {}
-	void set_color(EdgeHandle, const Vec3uc &) override {}
-	void set_color(EdgeHandle, const Vec4uc &) override {}
-	void set_color(EdgeHandle, const Vec3f &) override {}
-	void set_color(EdgeHandle, const Vec4f &) override {}
-	void set_status(EdgeHandle, const Attributes::StatusInfo &) override {}
-	void set_normal(FaceHandle, const Vec3f &) override {}
-	void set_normal(FaceHandle, const Vec3d &) override {}
-	void set_color(FaceHandle, const Vec3uc &) override {}
-	void set_color(FaceHandle, const Vec4uc &) override {}
-	void set_color(FaceHandle, const Vec3f &) override {}
-	void set_color(FaceHandle, const Vec4f &) override {}
-	void set_status(FaceHandle, const Attributes::StatusInfo &) override {}
-	void add_texture_information(int, std::string) override {}
-	BaseKernel *kernel() override { return &kernel_; }
-	size_t n_vertices() const override { return xyz.size() / 3; }
-	size_t n_faces() const override { return face_start.size() - 1; }
-	size_t n_edges() const override { return 0; }
-
-private:
-	BaseKernel kernel_;
-};
-
-/* A malloc'ed copy (never of size 0), for the C side to free. */
-template <class T> T *give(const std::vector<T> &v)
-{
-	T *copy = static_cast<T *>(std::malloc(v.empty() ? 1 : v.size() * sizeof(T)));
-	if (!copy)
-		throw std::bad_alloc();
-	std::copy(v.begin(), v.end(), copy);
-	return copy;
-}
-
-/* "solid" and "facet" as words: text; else binary. */
-bool is_binary_stl(const void *data, size_t size)
-{
-	const unsigned char *bytes = static_cast<const unsigned char *>(data);
-	if (size < 84)
-		return false;
-	const size_t count = bytes[80] | size_t(bytes[81]) << 8 | size_t(bytes[82]) << 16 | size_t(bytes[83]) << 24;
-	return size == 84 + 50 * count;
 }
 
 struct DoubleTraits : DefaultTraits {
@@ -286,37 +164,6 @@ private:
 };
 
 } // namespace
-
-extern "C" int shim_read(const void *data, size_t size, const char *extension, double **xyz, size_t *vertex_count, int64_t **corner,
-                         size_t **face_start, size_t *face_count, char *message, size_t message_size)
-{
-	try {
-		be_silent();
-		MemoryBuffer buffer(data, size);
-		std::istream stream(&buffer);
-		IO::Options options;
-		std::string kind(extension);
-		if (kind == "stl" && is_binary_stl(data, size))
-			options += IO::Options::Binary;
-		if (kind == "stl" || kind == "stla" || kind == "stlb")
-			kind = options.check(IO::Options::Binary) ? "stlb" : "stla";
-		Collector collector;
-		if (!IO::IOManager().read(stream, kind, collector, options))
-			return refuse(message, message_size, "the data cannot be understood");
-		std::unique_ptr<double, decltype(&std::free)> points(give(collector.xyz), &std::free);
-		std::unique_ptr<int64_t, decltype(&std::free)> corners(give(collector.corner), &std::free);
-		*face_start = give(collector.face_start);
-		*xyz = points.release();
-		*corner = corners.release();
-		*vertex_count = collector.n_vertices();
-		*face_count = collector.n_faces();
-		return 0;
-	} catch (const std::exception &error) {
-		return refuse(message, message_size, error.what());
-	} catch (...) {
-		return refuse(message, message_size, "the reader failed");
-	}
-}
 
 extern "C" int shim_twins(int32_t *twin, const int32_t *corner, const size_t *face_start, size_t face_count, size_t vertex_count,
                           char *message, size_t message_size)

@@ -105,10 +105,13 @@ static void write_report(const char *path, const struct repair_report *report)
 	fprintf(output.file, "components=%zu\n", report->component_count);
 	for (size_t i = 0; i < report->component_count; i++) {
 		const struct repair_component *c = &report->component[i];
-		char volume[NUM_TEXT_SIZE];
-		num_print(volume, c->border_loops ? 0 : c->volume);
-		fprintf(output.file, "component.%zu=vertices %zu edges %zu faces %zu euler %ld borders %zu genus %ld volume %s\n", i, c->vertices, c->edges,
-		        c->faces, c->euler, c->border_loops, c->genus, volume);
+		fprintf(output.file, "component.%zu.vertices=%zu\ncomponent.%zu.edges=%zu\ncomponent.%zu.faces=%zu\n", i, c->vertices, i, c->edges, i, c->faces);
+		fprintf(output.file, "component.%zu.euler=%ld\ncomponent.%zu.borders=%zu\ncomponent.%zu.genus=%ld\n", i, c->euler, i, c->border_loops, i, c->genus);
+		if (c->border_loops == 0) {
+			char volume[NUM_TEXT_SIZE];
+			num_print(volume, c->volume);
+			fprintf(output.file, "component.%zu.volume=%s\n", i, volume);
+		}
 	}
 	if (!output_commit(&output, &fault))
 		tool_fail(&fault);
@@ -159,10 +162,10 @@ int main(int argc, char **argv)
 	bool is_clean = true;
 	for (int k = 0; k < REPAIR_KIND_COUNT; k++)
 		is_clean = is_clean && (report.count[k] == 0 || is_conversion((enum repair_kind)k, is_stl));
-	if (opt.report)
-		write_report(opt.report, &report);
 	if (!opt.check)
 		write_whole(opt.common.output, extension, &mesh, opt.common.binary);
+	if (opt.report)
+		write_report(opt.report, &report);
 	mesh_free(&mesh);
 	repair_report_free(&report);
 	input_free(&input);
