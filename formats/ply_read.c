@@ -33,7 +33,7 @@ static bool next_line(struct reader *r, struct word *line)
 	const char *next = stop ? stop + 1 : r->end;
 	if (!stop)
 		stop = r->end;
-	if (stop > r->at && stop[-1] == '\r')
+	while (stop > r->at && stop[-1] == '\r') /* several are left by careless conversions, and would not come back as they were */
 		stop--;
 	*line = (struct word){r->at, (size_t)(stop - r->at)};
 	r->at = next;
