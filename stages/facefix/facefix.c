@@ -57,6 +57,7 @@ static void put_on_grid(struct ffx *ffx, const struct cage *cage, const struct o
 {
 	struct fault fault = {0};
 	const double side = mesh_bounds(cage->xyz, cage->vertex_count, NULL, NULL);
+	double small = GRIDFIT_SMALL_SIDE * side;
 	unsigned code;
 	if (opt->bits) {
 		code = ffx_grid_code((1 << opt->bits) - 1);
@@ -66,6 +67,7 @@ static void put_on_grid(struct ffx *ffx, const struct cage *cage, const struct o
 		if (!gridfit_choose(&choice, cage, tolerance, &fault))
 			fail(shown, &fault);
 		code = choice.grid_code;
+		small = GRIDFIT_SMALL_TOLERANCES * tolerance;
 		if (choice.finer)
 			tool_say("%u coarser grids would do but collapse or turn faces; taking a finer one", choice.finer);
 		if (choice.mean > tolerance || choice.max > 8 * tolerance)
@@ -74,7 +76,7 @@ static void put_on_grid(struct ffx *ffx, const struct cage *cage, const struct o
 	}
 	if (!gridfit_round(ffx, cage, code, opt->groups, &fault))
 		fail(shown, &fault);
-	const struct gridfit_damage damage = gridfit_check(cage, ffx);
+	const struct gridfit_damage damage = gridfit_check(cage, ffx, small);
 	if (damage.collapsed || damage.turned)
 		tool_warn("%s: %zu faces collapse and %zu corners turn on a grid of %d steps", shown, damage.collapsed, damage.turned, (int)ffx_grid_steps(code));
 	ffx->has_frame = !opt->no_frame;

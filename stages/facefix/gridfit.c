@@ -12,7 +12,6 @@
 #define MEASURED_FACES 200000
 #define MEASURED_LEVEL 3
 #define MAX_OVER_MEAN 8
-#define TURNED_AREA 1e-6 /* of the longest side squared */
 
 bool gridfit_round(struct ffx *ffx, const struct cage *cage, unsigned grid_code, bool with_patches, struct fault *fault)
 {
@@ -93,12 +92,11 @@ static bool collapses(struct place *place, const struct cage *cage, const struct
 	return false;
 }
 
-struct gridfit_damage gridfit_check(const struct cage *cage, const struct ffx *ffx)
+struct gridfit_damage gridfit_check(const struct cage *cage, const struct ffx *ffx, double small)
 {
 	struct gridfit_damage damage = {0};
 	struct cage rounded;
 	ffx_to_cage(&rounded, ffx);
-	const double side = mesh_bounds(cage->xyz, cage->vertex_count, NULL, NULL);
 	size_t longest = 0;
 	for (size_t f = 0; f < cage->face_count; f++)
 		longest = cage->face_start[f + 1] - cage->face_start[f] > longest ? cage->face_start[f + 1] - cage->face_start[f] : longest;
@@ -113,7 +111,7 @@ struct gridfit_damage gridfit_check(const struct cage *cage, const struct ffx *f
 			double before[3], after[3];
 			subquad(before, cage->xyz, corner, n, i, before_centre);
 			subquad(after, rounded.xyz, corner, n, i, after_centre);
-			damage.turned += norm3(before) > 4 * TURNED_AREA * side * side && dot3(before, after) <= 0;
+			damage.turned += norm3(before) > 4 * small * small && dot3(before, after) <= 0;
 		}
 		damage.collapsed += collapses(place, cage, ffx, corner, n);
 	}
@@ -183,7 +181,7 @@ bool gridfit_choose(struct gridfit_choice *choice, const struct cage *cage, doub
 		const bool is_near = choice->mean <= tolerance && choice->max <= MAX_OVER_MEAN * tolerance;
 		bool is_whole = true;
 		if (is_near) {
-			const struct gridfit_damage damage = gridfit_check(cage, &ffx);
+			const struct gridfit_damage damage = gridfit_check(cage, &ffx, GRIDFIT_SMALL_TOLERANCES * tolerance);
 			is_whole = damage.collapsed == 0 && damage.turned == 0;
 			choice->finer += !is_whole;
 		}

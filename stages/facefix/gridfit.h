@@ -16,18 +16,21 @@ bool gridfit_round(struct ffx *ffx, const struct cage *cage, unsigned grid_code,
 /* What rounding broke. */
 struct gridfit_damage {
 	size_t collapsed;      /* faces with two vertices at one place that were apart before */
-	size_t turned;         /* corners whose sub-quad changed its orientation; those below 1e-6 of the longest side squared do not count */
+	size_t turned;         /* corners whose sub-quad changed its orientation */
 };
-struct gridfit_damage gridfit_check(const struct cage *cage, const struct ffx *ffx);
+/* Sub-quads with sides of less than small (model units) may turn: they are not seen at that tolerance. */
+struct gridfit_damage gridfit_check(const struct cage *cage, const struct ffx *ffx, double small);
+#define GRIDFIT_SMALL_TOLERANCES 4 /* small, in tolerances of the mean */
+#define GRIDFIT_SMALL_SIDE 1e-3    /* small, of the longest side, when there is no tolerance */
 
 struct gridfit_choice {
 	unsigned grid_code;
 	double mean, max;      /* deviation of the refined surfaces along the normal, model units; 0 when not measured */
-	unsigned finer;        /* how many coarser grids were good enough but collapsed or turned something */
+	unsigned finer;        /* how many coarser grids were near enough but collapsed or turned something */
 };
 
 /* The coarsest grid on which the refined surface deviates by at most tolerance in the mean and 8 tolerance at most (model units),
- * and on which nothing collapses or turns. Refined to level 3, or less for cages so large that this gives more than 200,000 faces.
+ * and on which nothing collapses or turns (small: 4 tolerance). Refined to level 3, or less for cages so large that this gives more than 200,000 faces.
  * The finest grid is taken, with a warning left to the caller (choice->mean > tolerance), when none does. */
 bool gridfit_choose(struct gridfit_choice *choice, const struct cage *cage, double tolerance, struct fault *fault);
 

@@ -1,0 +1,177 @@
+/* Cages on grids: as coarse as the tolerance allows, nothing collapsed, and the unpacked surface where it was. */
+#include "tests/unit/ffx_helpers.h"
+
+#include "formats/mesh.h"
+#include "stages/facefix/gridfit.h"
+#include "stages/geometry/subdivide.h"
+#include "stages/geometry/vector.h"
+
+/* A hexagonal prism around the z axis with a ring half-way: its smooth side is nearly a cylinder. */
+static struct cage prism(double radius, double height)
+{
+	const double profile[3][2] = {{radius, 0}, {radius, height / 2}, {radius, height}};
+	struct cage cage = sample_turned(profile, 3, 6, false);
+	sample_tag(&cage, 70, 0);
+	return cage;
+}
+
+/* Each coordinate moves by half a step at most, faces and flags stay. */
+static void test_rounding(void **state)
+{
+	(void)state;
+	struct cage cage = prism(30, 100), back;
+	for (size_t v = 0; v < cage.vertex_count; v++)
+		cage.xyz[3 * v] -= 1234.5;
+	for (unsigned code = 10; code < FFX_GRID_CODES; code += 9) {
+		struct ffx ffx;
+		struct fault fault = {0};
+		assert_true(gridfit_round(&ffx, &cage, code, false, &fault));
+		ffx_to_cage(&back, &ffx);
+		for (size_t i = 0; i < 3 * cage.vertex_count; i++)
+			assert_near(back.xyz[i], cage.xyz[i], 0.5 * ffx.frame.step * (1 + 1e-6) + 1e-4);
+		/* The ends of the longest side are exact up to the frame. */
+		assert_near(back.xyz[2], 0, 1e-6 * 100);
+		assert_near(back.xyz[3 * 12 + 2], 100, 1e-6 * 100);
+		cage_free(&back);
+		ffx_free(&ffx);
+	}
+	cage_free(&cage);
+}
+
+/* The chosen grid keeps the tolerance, measured here vertex by vertex with plain distances, and a tenfold tolerance gives a coarser one. */
+static void test_choice(void **state)
+{
+	(void)state;
+	struct cage cage = prism(31.7, 100);
+	sample_seed(3);
+	sample_move(&cage, 0.8, true);
+	unsigned last = FFX_GRID_CODES;
+	for (double tolerance = 0.001; tolerance < 2; tolerance *= 10) {
+		struct gridfit_choice choice;
+		struct fault fault = {0};
+		assert_true(gridfit_choose(&choice, &cage, tolerance, &fault));
+		assert_true(choice.mean <= tolerance && choice.max <= 8 * tolerance);
+		assert_true(choice.grid_code < last);
+		last = choice.grid_code;
+		struct ffx ffx;
+		struct cage rounded;
+		struct level a, b, fine_a, fine_b;
+		assert_true(gridfit_round(&ffx, &cage, choice.grid_code, false, &fault));
+		ffx_to_cage(&rounded, &ffx);
+		assert_true(level_from_cage(&a, &cage, &fault) && level_from_cage(&b, &rounded, &fault));
+		level_refine(&fine_a, &a, cage.scheme, 3);
+		level_refine(&fine_b, &b, cage.scheme, 3);
+		double mean = 0;
+		for (size_t v = 0; v < fine_a.vertex_count; v++)
+			mean += distance3(fine_a.xyz + 3 * v, fine_b.xyz + 3 * v) / (double)fine_a.vertex_count;
+		/* The distance of corresponding points is at most about sqrt(3) times that along the normal here, where errors go all ways. */
+		assert_true(mean <= 2.5 * tolerance);
+		level_free(&fine_a);
+		level_free(&fine_b);
+		level_free(&a);
+		level_free(&b);
+		cage_free(&rounded);
+		ffx_free(&ffx);
+	}
+	cage_free(&cage);
+}
+
+/* Two vertices of a face that a coarse grid puts at one place; the tolerance alone would not mind. */
+static void test_collapse(void **state)
+{
+	(void)state;
+	struct cage cage = {0};
+	const double at[10][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}, {1, 0.999, 0}, {1, 0.999, 1}};
+	for (int i = 0; i < 10; i++)
+		sample_vertex(&cage, at[i][0], at[i][1], at[i][2]);
+	sample_face(&cage, (idx_t[]){3, 2, 8, 1, 0}, 5);
+	sample_face(&cage, (idx_t[]){4, 5, 9, 6, 7}, 5);
+	sample_quad(&cage, 0, 1, 5, 4);
+	sample_quad(&cage, 1, 8, 9, 5);
+	sample_quad(&cage, 8, 2, 6, 9);
+	sample_quad(&cage, 2, 3, 7, 6);
+	sample_quad(&cage, 3, 0, 4, 7);
+	struct ffx ffx;
+	struct fault fault = {0};
+	assert_true(gridfit_round(&ffx, &cage, ffx_grid_code(127), false, &fault));
+	const struct gridfit_damage coarse = gridfit_check(&cage, &ffx, 1e-4);
+	assert_int_equal(coarse.collapsed, 3); /* both ends and the thin side */
+	ffx_free(&ffx);
+	assert_true(gridfit_round(&ffx, &cage, ffx_grid_code(2047), false, &fault));
+	const struct gridfit_damage fine = gridfit_check(&cage, &ffx, 1e-4);
+	assert_int_equal(fine.collapsed, 0);
+	assert_int_equal(fine.turned, 0);
+	ffx_free(&ffx);
+	struct gridfit_choice choice;
+	assert_true(gridfit_choose(&choice, &cage, 0.01, &fault));
+	assert_true(choice.finer > 0);
+	assert_true(ffx_grid_steps(choice.grid_code) > 400); /* half a step must be smaller than the gap of 0.001 */
+	cage_free(&cage);
+}
+
+static void test_refusals(void **state)
+{
+	(void)state;
+	struct cage cage = prism(1, 1);
+	struct ffx ffx;
+	struct fault fault = {0};
+	for (size_t i = 0; i < 3 * cage.vertex_count; i++)
+		cage.xyz[i] = 5;
+	assert_false(gridfit_round(&ffx, &cage, 100, false, &fault));
+	assert_contains(fault.text, "no extent");
+	fault = (struct fault){0};
+	for (size_t i = 0; i < 3 * cage.vertex_count; i++)
+		cage.xyz[i] = 1e20 * (1 + (double)(i % 7) * 1e-15);
+	assert_false(gridfit_round(&ffx, &cage, 100, false, &fault));
+	assert_contains(fault.text, "beyond what a stream can hold");
+	cage_free(&cage);
+}
+
+/* Level 0 of what is unpacked is the cage that was packed, and higher levels are closed when it is: every edge has two faces. */
+static void test_unpacked_levels(void **state)
+{
+	(void)state;
+	struct cage cage = sample_plate(2, 1, 0.2, 1), back;
+	sample_tag(&cage, 30, 0);
+	struct ffx ffx = ffx_rounded(&cage, 120), out;
+	ffx.has_frame = true;
+	assert_true(ffx_frame_choose(&ffx.frame, (double[]){0, 0, 0}, 1.3, ffx_grid_steps(120)));
+	size_t size;
+	struct ffx_report report;
+	struct fault fault = {0};
+	unsigned char *bytes = round_trip(&ffx, &size, &report, 1);
+	assert_true(ffx_decode(&out, bytes, size, "t.ffx", &fault));
+	ffx_to_cage(&back, &out);
+	struct level base, fine;
+	assert_true(level_from_cage(&base, &back, &fault));
+	assert_int_equal(base.vertex_count, cage.vertex_count);
+	assert_memory_equal(base.xyz, back.xyz, 3 * base.vertex_count * sizeof(double));
+	level_refine(&fine, &base, back.scheme, 2);
+	struct ffx closed = {.grid_code = 0, .vertex_count = fine.vertex_count, .grid = mem_array(3 * fine.vertex_count, sizeof(int32_t)),
+		.face_corner = fine.face_corner, .face_start = fine.face_start, .face_count = fine.face_count};
+	unsigned char *again;
+	assert_true(ffx_encode(&again, &size, &report, &closed, &(struct ffx_options){.root_limit = 1}, &fault));
+	assert_int_equal(report.hole_count, 0);
+	assert_int_equal(report.handle_count, 2);
+	free(again);
+	free(closed.grid);
+	level_free(&fine);
+	level_free(&base);
+	cage_free(&back);
+	ffx_free(&out);
+	free(bytes);
+	free(ffx.grid);
+	cage_free(&cage);
+}
+
+int main(void)
+{
+	const struct CMUnitTest tests[] = {
+		cmocka_unit_test(test_rounding),
+		cmocka_unit_test(test_choice),
+		cmocka_unit_test(test_collapse),
+		cmocka_unit_test(test_refusals),
+		cmocka_unit_test(test_unpacked_levels),
+	};
+	return cmocka_run_group_tests(tests, NULL, NULL);
+}
