@@ -64,6 +64,12 @@ static bool looks_like_off(const struct input *input)
 	return false;
 }
 
+/* "OM", the kind of mesh, a known version. */
+static bool looks_like_om(const struct input *input)
+{
+	return input->size >= 4 && memcmp(input->data, "OM", 2) == 0 && memchr("TQP", input->data[2], 3) && (input->data[3] >> 5 == 1 || input->data[3] >> 5 == 2);
+}
+
 /* Text begins with "solid" and goes on with "facet" or "endsolid"; many binary files have "solid" in their header as well. */
 static bool looks_like_text_stl(const struct input *input)
 {
@@ -87,24 +93,29 @@ static bool read_by_kind(struct mesh *mesh, const struct input *input, struct fa
 	path_extension(extension, input->shown ? input->shown : "");
 	if (input->size == 0)
 		return fault_set(fault, EX_BAD_INPUT, "%s: the file is empty", input->shown);
-	if (starts_with(input, "ply\n") || starts_with(input, "ply\r") || strcmp(extension, "ply") == 0)
+	/* What the content says counts more than the name; OBJ has nothing to say. */
+	if (starts_with(input, "ply\n") || starts_with(input, "ply\r"))
 		return read_ply(mesh, input, fault);
-	if (strcmp(extension, "obj") == 0)
-		return mesh_read_obj(mesh, input, fault);
-	if (strcmp(extension, "om") == 0)
-		return mesh_read_om(mesh, input, fault);
-	if (strcmp(extension, "off") == 0)
-		return mesh_read_off(mesh, input, fault);
 	if (has_stl_size(input))
 		return mesh_read_stl_binary(mesh, input, fault);
+	if (looks_like_om(input))
+		return mesh_read_om(mesh, input, fault);
+	if (strcmp(extension, "obj") == 0)
+		return mesh_read_obj(mesh, input, fault);
+	if (looks_like_off(input))
+		return mesh_read_off(mesh, input, fault);
 	if (looks_like_text_stl(input))
 		return mesh_read_stl_text(mesh, input, fault);
 	if (strcmp(extension, "stl") == 0)
-		return starts_with(input, "solid") && memchr(input->data, 0, input->size) == NULL ? mesh_read_stl_text(mesh, input, fault)
-		                                                                                   : mesh_read_stl_binary(mesh, input, fault);
-	if (looks_like_off(input))
+		return starts_with(input, "solid") && !memchr(input->data, 0, input->size) ? mesh_read_stl_text(mesh, input, fault)
+		                                                                            : mesh_read_stl_binary(mesh, input, fault);
+	if (strcmp(extension, "off") == 0)
 		return mesh_read_off(mesh, input, fault);
-	return fault_set(fault, EX_BAD_INPUT, "%s: not a mesh that can be read: STL, OFF and PLY are known by their content, OBJ and OM by their name",
+	if (strcmp(extension, "ply") == 0)
+		return read_ply(mesh, input, fault);
+	if (strcmp(extension, "om") == 0)
+		return mesh_read_om(mesh, input, fault);
+	return fault_set(fault, EX_BAD_INPUT, "%s: not a mesh that can be read: STL, OFF, PLY and OM are known by their content, OBJ by its name",
 	                 input->shown);
 }
 

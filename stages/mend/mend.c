@@ -21,21 +21,15 @@ struct options {
 };
 
 static const char usage[] =
-	"usage: mend [options] [FILE]\n"
-	"\n"
-	"Read a mesh (STL OFF OBJ PLY OM, also .gz), repair it, write triangles.\n"
-	"\n"
-	"  -o, --output FILE    format by its extension: ply obj off stl stla (default: ascii PLY on stdout)\n"
-	"  -w, --weld LENGTH    unite border vertices within this distance, model units or % of the longest side\n"
-	"                       (default: 1e-6 of the box diagonal)\n"
-	"      --exact          unite equal positions only\n"
-	"      --check          write no mesh; exit 1 when something would be repaired\n"
-	"      --report FILE    write counts and components as key=value lines\n"
-	"      --binary         binary PLY\n"
-	"      --no-provenance  (accepted; no output format of this tool names its maker)\n"
-	"  -q, --quiet          no warnings\n"
-	"  -v, --verbose        say more, and list the components\n"
-	"      --help, --version\n";
+	"usage: mend [-qv] [-w length | --exact] [--check] [--report file] [-o output] [--binary] [--no-provenance] [file]\n"
+	"  -w, --weld length  unite border vertices within this distance, model units or % of the longest side\n"
+	"                     (default 1e-6 of the diagonal)\n"
+	"  --exact            unite equal positions only\n"
+	"  --check            write no mesh; exit 1 when something would be repaired\n"
+	"  --report file      write counts and components there, key=value lines\n"
+	"  -o, --output f     write there instead of to stdout; the extension tells the format: ply, obj, off, stl, stla\n"
+	"  --binary           write binary PLY\n"
+	"  --no-provenance    accepted for uniformity: nothing names this tool in its output\n";
 
 static struct options parse_options(int argc, char **argv)
 {

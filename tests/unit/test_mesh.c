@@ -144,6 +144,9 @@ static void kinds_are_known_by_content(void **state)
 	                      &fault));
 	assert_int_equal(mesh.face_count, 1);
 	mesh_free(&mesh);
+	/* The content against the name. */
+	assert_true(read_text(&mesh, "part.stl", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", &fault));
+	mesh_free(&mesh);
 	assert_false(read_text(&mesh, "<stdin>", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", &fault));
 	assert_int_equal(fault.code, EX_BAD_INPUT);
 }
