@@ -183,6 +183,22 @@ static bool is_significant_plane(struct search *s, const struct proposal *p, con
 	return count == 0 || large == 0 || p->area > 0.01 * s->facets->total_area;
 }
 
+/* A slightly bent cylinder, or a slightly opened one, shows only over a length that small groups do not have: try tori and cones on the
+ * whole region of a cylinder or sphere. */
+static void extend_by_bend(struct search *s, idx_t flat, struct proposal *best)
+{
+	size_t seeds;
+	const idx_t *seed = flat_members(s, flat, &seeds);
+	if (!(best->area > 0) || (best->patch.kind != PATCH_CYLINDER && best->patch.kind != PATCH_SPHERE))
+		return;
+	if (best->area > 0.98 * s->part_area[s->facets->smooth_part[seed[0]]])
+		return;
+	grow_region(&s->grower, &best->patch, seed, seeds, best->turn_limit);
+	memcpy(s->group, s->grower.region, s->grower.region_count * sizeof *s->group);
+	s->group_count = s->grower.region_count;
+	try_group(s, flat, best->patch.kind == PATCH_CYLINDER ? 3 : 4, best);
+}
+
 static struct proposal propose(struct search *s, idx_t flat)
 {
 	struct proposal best = {.flat = flat};
@@ -223,6 +239,7 @@ static struct proposal propose(struct search *s, idx_t flat)
 				try_group(s, flat, 1, &best);
 			}
 	}
+	extend_by_bend(s, flat, &best);
 	if (best.area > 0 && best.patch.kind == PATCH_PLANE && !is_significant_plane(s, &best, neighbour, neighbours))
 		best.area = 0;
 	if (best.area < s->options->least_area)

@@ -13,6 +13,7 @@
 #define COST_FITTING 9.0 /* vertices within the tolerance, normals about */
 #define ABSORB_PASSES 12
 #define IDENTIFY_ANGLE 0.05 /* radians */
+#define STRIP_AREA_MOST 10.0 /* least areas */
 #define UNITE_PASSES 6
 #define UNEXPLAINED_MOST 0.005
 #define SPECK_TRIANGLES_MOST 12
@@ -151,20 +152,21 @@ enum smallness { NOT_SMALL, SMALL_IF_FITTING, SMALL };
 static enum smallness smallness(const struct regions *r, const struct tidy_options *o, idx_t region, const idx_t *part, size_t count)
 {
 	const struct facets *f = r->facets;
-	double area = 0, perimeter = 0, edges = 0;
+	double area = 0, perimeter = 0, height = 0;
 	for (size_t i = 0; i < count; i++) {
 		area += f->area[part[i]];
+		height += f->area[part[i]] * f->height[part[i]];
 		for (int k = 0; k < 3; k++) {
 			const idx_t h = 3 * part[i] + k, to = f->neighbour[h];
-			edges += f->length[h];
 			if (to == NO_INDEX || r->label[to] != region)
 				perimeter += f->length[h];
 		}
 	}
 	const bool is_free = r->patch[region].kind == PATCH_FREE;
-	const bool is_strip = 2 * area < 1.2 * perimeter * edges / (3 * (double)count);
+	/* one triangle wide: the width of a strip is twice its area over its perimeter */
+	const bool is_strip = area < STRIP_AREA_MOST * o->least_area && 2 * area * area < 1.3 * perimeter * height;
 	if (is_free)
-		return area < o->least_area ? SMALL : count <= 3 || is_strip ? (area < 8 * o->least_area ? SMALL : SMALL_IF_FITTING) : NOT_SMALL;
+		return area < o->least_area || is_strip || (count <= 3 && area < STRIP_AREA_MOST * o->least_area) ? SMALL : NOT_SMALL;
 	if (o->is_noisy && o->is_dense && (is_strip || area < o->least_area))
 		return SMALL;
 	return area < o->least_area || is_strip ? SMALL_IF_FITTING : NOT_SMALL;
@@ -204,7 +206,7 @@ size_t tidy_absorb(struct regions *r, const struct tidy_options *o)
 				if (!is_candidate[a] || smooth <= 0)
 					continue;
 				/* a surface that was found stays one: only remains go to free regions */
-				if (r->patch[b].kind == PATCH_FREE && most[a] <= COST_FITTING)
+				if (r->patch[b].kind == PATCH_FREE && r->patch[a].kind != PATCH_FREE)
 					continue;
 				/* where nothing fits, the longer common border decides */
 				const double cost = mean_misfit(r, o, &r->patch[b], member + start[a], start[a + 1] - start[a]) + 1e-3 / smooth;
@@ -242,7 +244,7 @@ size_t tidy_absorb(struct regions *r, const struct tidy_options *o)
 	return absorbed;
 }
 
-size_t tidy_specks(struct regions *r, double speck_area, const double *reach)
+size_t tidy_specks(struct regions *r, const double *speck_area, const double *reach)
 {
 	const struct facets *f = r->facets;
 	size_t *start, absorbed = 0;
@@ -257,7 +259,7 @@ size_t tidy_specks(struct regions *r, double speck_area, const double *reach)
 		double area = 0;
 		for (size_t j = start[i]; j < start[i + 1]; j++)
 			area += f->area[member[j]];
-		is_speck[i] = area < speck_area && start[i + 1] - start[i] <= SPECK_TRIANGLES_MOST;
+		is_speck[i] = area < speck_area[i] && start[i + 1] - start[i] <= SPECK_TRIANGLES_MOST;
 		into[i] = NO_INDEX;
 	}
 	for (size_t i = 0; i < borders; i++)
@@ -265,7 +267,8 @@ size_t tidy_specks(struct regions *r, double speck_area, const double *reach)
 			const idx_t a = side ? border[i].high : border[i].low, b = side ? border[i].low : border[i].high;
 			if (!is_speck[a] || is_speck[b] || border[i].length <= length[a])
 				continue;
-			if (r->patch[b].kind == PATCH_FREE || grow_residual(f, &r->patch[b], member + start[a], start[a + 1] - start[a]) <= reach[b]) {
+			const double far = fmax(reach[a], reach[b]);
+			if (r->patch[b].kind == PATCH_FREE || grow_residual(f, &r->patch[b], member + start[a], start[a + 1] - start[a]) <= far) {
 				into[a] = b;
 				length[a] = border[i].length;
 			}
@@ -354,7 +357,9 @@ static int compare_border_length(const void *left, const void *right)
 static bool fit_union(struct grower *g, struct dense_patch *out, const struct dense_patch *a, const struct dense_patch *b, const idx_t *part,
                       size_t count, double area, double turn_limit)
 {
-	const int most = primitive_parameter_count(a->kind) > primitive_parameter_count(b->kind) ? primitive_parameter_count(a->kind) : primitive_parameter_count(b->kind);
+	/* two bent surfaces may be pieces of a torus; a plane and another one are not */
+	const bool has_plane = a->kind == PATCH_PLANE || b->kind == PATCH_PLANE;
+	const int pa = primitive_parameter_count(a->kind), pb = primitive_parameter_count(b->kind), most = has_plane ? (pa > pb ? pa : pb) : 7;
 	static const enum patch_kind kind[] = {PATCH_PLANE, PATCH_SPHERE, PATCH_CYLINDER, PATCH_CONE, PATCH_TORUS};
 	for (int k = 0; k < 5; k++) {
 		if (primitive_parameter_count(kind[k]) > most)
@@ -449,24 +454,34 @@ size_t tidy_unite(struct regions *r, const struct flats *flats, const struct tid
 	return united;
 }
 
-void tidy_measure(struct regions *r, bool is_refitted)
+/* Refit to the triangles that lie on the surface, so that what was absorbed beside it does not pull it away. */
+static void refit(struct grower *g, struct dense_patch *p, const idx_t *part, size_t count, double distance, idx_t *on)
+{
+	size_t on_count = 0;
+	for (size_t j = 0; j < count; j++)
+		if (grow_residual(g->facets, p, part + j, 1) <= 1.5 * distance)
+			on[on_count++] = part[j];
+	struct dense_patch next = *p;
+	if (2 * on_count < count || !grow_fit(g, &next, on, on_count))
+		return;
+	if (grow_residual(g->facets, &next, on, on_count) <= 2 * distance)
+		*p = next;
+}
+
+void tidy_measure(struct regions *r, double refit_distance)
 {
 	const struct facets *f = r->facets;
 	struct grower g;
 	size_t *start;
-	idx_t *member;
+	idx_t *member, *on = mem_array(f->triangle_count, sizeof *on);
 	grower_init(&g, f);
 	regions_members(r, &start, &member);
 	for (size_t i = 0; i < r->count; i++) {
 		struct dense_patch *p = &r->patch[i];
 		const idx_t *part = member + start[i];
 		const size_t count = start[i + 1] - start[i];
-		if (is_refitted && p->kind != PATCH_FREE && count) {
-			struct dense_patch next = *p;
-			const double before = grow_residual(f, p, part, count);
-			if (grow_fit(&g, &next, part, count) && grow_residual(f, &next, part, count) <= fmax(1.5 * before, 1e-7))
-				*p = next;
-		}
+		if (refit_distance > 0 && p->kind != PATCH_FREE && count)
+			refit(&g, p, part, count, refit_distance, on);
 		p->area = 0;
 		for (size_t j = 0; j < count; j++)
 			p->area += f->area[part[j]];
@@ -474,5 +489,6 @@ void tidy_measure(struct regions *r, bool is_refitted)
 	}
 	free(start);
 	free(member);
+	free(on);
 	grower_free(&g);
 }

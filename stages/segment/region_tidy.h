@@ -25,8 +25,9 @@ size_t tidy_borders(struct regions *regions, const struct tidy_options *options,
 size_t tidy_absorb(struct regions *regions, const struct tidy_options *options);
 
 /* Give specks, regions of a few triangles and next to no area that sharp edges may enclose (slivers between wrongly sharp
- * edges), to the neighbour with the longest common border among those whose surface their vertices meet within reach[neighbour]. */
-size_t tidy_specks(struct regions *regions, double speck_area, const double *reach);
+ * edges), to the neighbour with the longest common border among those whose surface their vertices meet within reach[neighbour].
+ * speck_area and reach: one a region. */
+size_t tidy_specks(struct regions *regions, const double *speck_area, const double *reach);
 
 /* Free regions that lie on a plane within distance become planes. */
 void tidy_flat_regions(struct regions *regions, double distance);
@@ -37,7 +38,7 @@ void tidy_identify(struct regions *regions, double distance);
 /* Unite neighbours that one surface explains, no more complex than the more complex of both. */
 size_t tidy_unite(struct regions *regions, const struct flats *flats, const struct tidy_options *options);
 
-/* Fit every surface to its vertices again; fill area and residual. */
-void tidy_measure(struct regions *regions, bool is_refitted);
+/* Fill area and residual; with refit_distance > 0 first fit every surface again to its vertices within about that distance. */
+void tidy_measure(struct regions *regions, double refit_distance);
 
 #endif

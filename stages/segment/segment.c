@@ -113,7 +113,7 @@ int main(int argc, char **argv)
 		by_curvature(&regions, &dense, &classic);
 	else
 		by_surfaces(&regions, &dense, &opt, &classic);
-	tidy_measure(&regions, false);
+	tidy_measure(&regions, 0);
 	report_patches(&regions);
 
 	free(dense.label);

@@ -10,7 +10,8 @@
 
 #define MOSTLY_FREE 0.6       /* of a smooth part: no CAD face */
 #define CHART_MEAN 0.7        /* length of a chart's mean normal: a cap of 66 degrees */
-#define WORTH_CLASSIFYING 8.0 /* least areas */
+#define WORTH_CLASSIFYING 8.0 /* least areas: smaller free regions stay whole */
+#define REMAINS_STOP 1.0      /* D_stop among what no surface explains: few patches count more than even curvature */
 
 void segment_classic(struct regions *r, const struct dense *dense, const struct classic_options *o, struct classic_report *report)
 {
@@ -25,7 +26,7 @@ void segment_classic(struct regions *r, const struct dense *dense, const struct 
 	report->united = classic_merge(r, dense, &feature, &(struct merge_options){o->stop, least_area});
 	tidy_identify(r, o->distance);
 	regions_renumber(r);
-	tidy_measure(r, false);
+	tidy_measure(r, 0);
 	curvature_feature_free(&feature);
 	free(cluster);
 }
@@ -64,7 +65,7 @@ void segment_free(struct regions *r, const struct dense *dense, const struct cla
 			curvature_feature_build(&feature, dense, f);
 			classic_cluster(cluster, r, &feature, o->clusters);
 			classic_grow(r, &feature, cluster);
-			classic_merge(r, dense, &feature, &(struct merge_options){o->stop, least_area});
+			classic_merge(r, dense, &feature, &(struct merge_options){REMAINS_STOP, WORTH_CLASSIFYING * least_area});
 			curvature_feature_free(&feature);
 			free(cluster);
 		}

@@ -1,8 +1,6 @@
 /* Partition by analytic surfaces: search, borders, remains, at the tolerance that explains each part best. */
 #include <math.h>
 #include <stdlib.h>
-#include <stdio.h>
-#include <time.h>
 #include <string.h>
 
 #include "formats/memory.h"
@@ -67,22 +65,19 @@ static void segment_at(struct regions *r, double distance, double least_share)
 		.least_area = least_share * f->total_area, .is_noisy = is_noisy,
 		.is_dense = is_dense(f, &flats),
 	};
-	clock_t T0=clock();
 	primitive_search(r, &flats, &search);
-	clock_t T1=clock();
 	tidy_free_regions(r);
 	tidy_flat_regions(r, distance);
 	tidy_borders(r, &tidy, 8);
 	regions_split(r);
 	tidy_absorb(r, &tidy);
 	tidy_unite(r, &flats, &tidy);
-	tidy_measure(r, true);
+	tidy_measure(r, distance);
 	tidy_borders(r, &tidy, 20);
 	regions_split(r);
 	tidy_absorb(r, &tidy);
 	tidy_unite(r, &flats, &tidy);
-	tidy_measure(r, true);
-	if (getenv("SEGDEBUG")) fprintf(stderr,"d %g search %.2f tidy %.2f regions %zu\n",distance,(double)(T1-T0)/CLOCKS_PER_SEC,(double)(clock()-T1)/CLOCKS_PER_SEC,r->count);
+	tidy_measure(r, distance);
 	flats_free(&flats);
 }
 
@@ -128,6 +123,24 @@ static void whole_free_parts(struct regions *r, double *cost, const unsigned cha
 	free(fresh);
 }
 
+/* In noisy parts edges are sharp by accident, and cut off more than slivers. */
+static void absorb_specks(struct regions *r, const unsigned char *level, const double *distance, double least_area)
+{
+	const struct facets *f = r->facets;
+	double *reach = mem_array(r->count, sizeof *reach), *speck_area = mem_array(r->count, sizeof *speck_area);
+	bool is_noisy = false;
+	for (size_t t = 0; t < f->triangle_count; t++) {
+		const double d = distance[level[f->smooth_part[t]]];
+		reach[r->label[t]] = 3 * d;
+		is_noisy = is_noisy || d > NOISY_DISTANCE;
+	}
+	for (size_t i = 0; i < r->count; i++)
+		speck_area[i] = is_noisy ? least_area / 2 : least_area / 10;
+	tidy_specks(r, speck_area, reach);
+	free(reach);
+	free(speck_area);
+}
+
 void segment_primitives(struct regions *r, const struct primitives_options *options, struct primitives_report *report)
 {
 	const struct facets *f = r->facets;
@@ -155,7 +168,6 @@ void segment_primitives(struct regions *r, const struct primitives_options *opti
 			segment_at(&trial, level_distance[l], options->least_area);
 			memset(trial_level, l, f->smooth_part_count);
 			part_costs(other, &trial, trial_level, report->distance);
-			if (getenv("SEGDEBUG")) { double a = 0, b = 0; for (size_t q = 0; q < f->smooth_part_count; q++) if (cost[q] > CLEAN_COST) { fprintf(stderr, "level %d part %zu cost %.2f (level %d) -> %.2f\n", l, q, cost[q], level[q], other[q]); a += cost[q]; b += other[q]; } }
 			const size_t offset = r->count;
 			for (size_t i = 0; i < trial.count; i++)
 				regions_add(r, &trial.patch[i]);
@@ -175,13 +187,9 @@ void segment_primitives(struct regions *r, const struct primitives_options *opti
 		regions_renumber(r);
 	}
 	whole_free_parts(r, cost, level, report->distance);
-	double *reach = mem_array(r->count, sizeof *reach);
-	for (size_t t = 0; t < f->triangle_count; t++)
-		reach[r->label[t]] = 3 * report->distance[level[f->smooth_part[t]]];
-	tidy_specks(r, options->least_area / 10 * f->total_area, reach);
-	free(reach);
+	absorb_specks(r, level, report->distance, options->least_area * f->total_area);
 	regions_renumber(r);
-	tidy_measure(r, false);
+	tidy_measure(r, 0);
 	double free_area = 0, squares = 0, explained = 0;
 	for (size_t t = 0; t < f->triangle_count; t++) {
 		const struct dense_patch *p = &r->patch[r->label[t]];
