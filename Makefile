@@ -1,11 +1,12 @@
 # Cagewright: one graph for everything. `make help` lists what can be made.
 #
-# Variables of the user: CC CXX CFLAGS LDFLAGS PREFIX DESTDIR BUILD SAN DATA.
+# Variables of the user: CC CXX CFLAGS LDFLAGS PREFIX DESTDIR BUILD BIN SAN JOBS DATA.
 # BUILD=build/asan SAN=address,undefined builds a sanitized variant beside the default one.
 
 BUILD ?= build
 BIN ?= $(if $(SAN),$(BUILD)/bin,bin)
 PREFIX ?= /usr/local
+JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 CFLAGS ?= -O2 -g
 CXXFLAGS ?= $(CFLAGS)
 
@@ -33,6 +34,10 @@ UNIT_OBJ := $(UNIT_C:%=$(BUILD)/%.o)
 TOOLS := $(foreach m,$(MAINS),$(BIN)/$(basename $(notdir $(m))))
 UNITS := $(UNIT_C:tests/unit/%.c=$(BUILD)/tests/%)
 
+ifeq ($(findstring -j,$(MAKEFLAGS))$(findstring jobserver,$(MAKEFLAGS)),)
+MAKEFLAGS += -j$(JOBS)
+endif
+
 .PHONY: all
 all: $(TOOLS)
 .DELETE_ON_ERROR:
@@ -40,44 +45,60 @@ all: $(TOOLS)
 
 .PHONY: help
 help:
-	@echo 'all      build every tool into $(BIN)/'
-	@echo 'deps     install the Debian packages that are missing (root, or sudo)'
-	@echo 'demo     pack a sample part; pictures of every stage in build/demo'
-	@echo 'check    every test; check-san: the readers and the decoder under sanitizers'
-	@echo 'bench    the pipeline over DATA=folder; build/bench.tsv and build/bench.html'
-	@echo 'lint     compiler warnings as errors (gcc, clang), cppcheck, manual pages'
-	@echo 'fuzz     the readers under libFuzzer, FUZZ_SECONDS each'
-	@echo 'install  into $$(DESTDIR)$(PREFIX)'
+	@echo 'all        build every tool into $(BIN)/'
+	@echo 'deps       install the Debian packages that are missing (root, or sudo)'
+	@echo 'demo       pack a sample part; pictures of every stage in build/demo'
+	@echo 'check      every test; with DATA=folder also the list of well-known parts in it'
+	@echo 'unit       the unit tests alone'
+	@echo 'check-san  the readers and the decoder under sanitizers (SAN=address,undefined)'
+	@echo 'bench      the pipeline over DATA=folder; build/bench.tsv and build/bench.html'
+	@echo 'lint       compiler warnings as errors (gcc, clang), cppcheck, shellcheck, manual pages'
+	@echo 'fuzz       the readers under libFuzzer, FUZZ_SECONDS each'
+	@echo 'install    into $$(DESTDIR)$(PREFIX); uninstall'
+	@echo 'clean      remove build/ and bin/'
 
 # --- packages ----------------------------------------------------------------------------------------------------
 BUILD_PACKAGES = gcc g++ make libopenmesh-dev zlib1g-dev libembree-dev libsuitesparse-dev liblapacke-dev libosmesa6-dev libglu1-mesa-dev libpng-dev
 CHECK_PACKAGES = libcmocka-dev mandoc perl gzip valgrind
-LINT_PACKAGES = clang clang-tidy cppcheck clang-format
-missing_of = $(shell for p in $(1); do dpkg-query -W -f='$${Status}' $$p 2>/dev/null | grep -q 'ok installed' || echo $$p; done)
+LINT_PACKAGES = clang clang-tidy cppcheck clang-format shellcheck
+have_dpkg := $(shell command -v dpkg-query)
+missing_of = $(filter-out $(shell dpkg-query -W -f='$${Package} $${Status}\n' $(1) 2>/dev/null | sed -n 's/ install ok installed$$//p'),$(1))
 as_root = $(if $(filter 0,$(shell id -u)),,sudo)
 
-# deps installs what is missing and says what it does; deps-NAME are what demo, check and lint call first.
+# demo, check, lint and the rest install what they miss before anything is compiled. Where there is no dpkg the libraries are
+# taken to be there; `make deps` says which they are.
+goal_packages = $(if $(filter demo check unit check-san bench lint fuzz,$(MAKECMDGOALS)),$(BUILD_PACKAGES)) \
+	$(if $(filter check unit check-san bench lint,$(MAKECMDGOALS)),$(CHECK_PACKAGES)) $(if $(filter lint fuzz,$(MAKECMDGOALS)),$(LINT_PACKAGES))
+ifneq ($(strip $(goal_packages)),)
+ifneq ($(have_dpkg),)
+goal_missing := $(strip $(call missing_of,$(sort $(goal_packages))))
+endif
+endif
+ifneq ($(goal_missing),)
+deps_first = deps-goal
+endif
+
+# install_packages LIST: say what is done, or exactly what is missing.
 define install_packages
 	@missing='$(strip $(1))'; test -z "$$missing" || { \
-	if ! command -v apt-get > /dev/null; then echo "make deps: not a Debian system; install: $$missing" >&2; exit 1; fi; \
+	if ! command -v apt-get > /dev/null; then echo "make deps: not a Debian system; install the libraries of: $$missing" >&2; exit 1; fi; \
 	if test -n '$(as_root)' && ! command -v sudo > /dev/null; then echo "make deps: neither root nor sudo here; as root run: apt-get install $$missing" >&2; exit 1; fi; \
 	echo "make deps: apt-get install $$missing"; \
-	$(as_root) apt-get update -q && DEBIAN_FRONTEND=noninteractive $(as_root) apt-get install -qy --no-install-recommends $$missing || \
+	{ $(as_root) apt-get update -q && $(as_root) env DEBIAN_FRONTEND=noninteractive apt-get install -qy --no-install-recommends $$missing; } < /dev/null || \
 	{ echo "make deps: could not install: $$missing" >&2; exit 1; }; }
 endef
-.PHONY: deps deps-build deps-check deps-lint
-deps: deps-build deps-check
-deps-build:
-	$(call install_packages,$(call missing_of,$(BUILD_PACKAGES)))
-deps-check: deps-build
-	$(call install_packages,$(call missing_of,$(CHECK_PACKAGES)))
-deps-lint: deps-check
-	$(call install_packages,$(call missing_of,$(LINT_PACKAGES)))
+.PHONY: deps deps-lint deps-goal
+deps:
+	$(call install_packages,$(call missing_of,$(BUILD_PACKAGES) $(CHECK_PACKAGES)))
+deps-lint:
+	$(call install_packages,$(call missing_of,$(BUILD_PACKAGES) $(CHECK_PACKAGES) $(LINT_PACKAGES)))
+deps-goal:
+	$(call install_packages,$(goal_missing))
 
-$(BUILD)/%.c.o: %.c
+$(BUILD)/%.c.o: %.c | $(deps_first)
 	@mkdir -p $(@D)
 	$(CC) $(CPPFLAGS) $(all_cflags) -c -o $@ $<
-$(BUILD)/%.cpp.o: %.cpp
+$(BUILD)/%.cpp.o: %.cpp | $(deps_first)
 	@mkdir -p $(@D)
 	$(CXX) $(CPPFLAGS) $(all_cxxflags) -c -o $@ $<
 
@@ -99,27 +120,123 @@ endef
 $(foreach m,$(MAINS),$(eval $(call tool_rule,$(basename $(notdir $(m))))))
 
 # --- tests -------------------------------------------------------------------------------------------------------
-$(BUILD)/tests/%: $(BUILD)/tests/unit/%.c.o $(BUILD)/libstages.a $(BUILD)/libcagewright.a
-	@mkdir -p $(@D)
-	$(CXX) $(all_ldflags) -o $@ $< $(BUILD)/libstages.a $(BUILD)/libcagewright.a -lcmocka $(LIBS)
-
 # The sample parts of the project: build/parts NAME > part.stl
-FIXTURE_OBJ := $(patsubst %,$(BUILD)/%.o,$(filter-out tests/fixtures/parts.c,$(wildcard tests/fixtures/*.c)))
+FIXTURE_MAINS = tests/fixtures/parts.c tests/fixtures/ffxfiles.c
+FIXTURE_OBJ := $(patsubst %,$(BUILD)/%.o,$(filter-out $(FIXTURE_MAINS),$(wildcard tests/fixtures/*.c)))
 $(BUILD)/libfixtures.a: $(FIXTURE_OBJ)
 	rm -f $@ && $(AR) rcs $@ $^
 $(BUILD)/parts: $(BUILD)/tests/fixtures/parts.c.o $(BUILD)/libfixtures.a $(BUILD)/libcagewright.a
 	$(CXX) $(all_ldflags) -o $@ $^ $(LIBS)
--include $(FIXTURE_OBJ:.o=.d) $(BUILD)/tests/fixtures/parts.c.d
-# Unit tests may build parts in memory (tests/fixtures/parts.h).
-$(UNITS): $(BUILD)/libfixtures.a
-$(UNITS): LIBS := $(BUILD)/libfixtures.a $(BUILD)/libcagewright.a $(LIBS)
+# Writes the streams under tests/formats/ffx; to be run again when the tables of the coder change.
+$(BUILD)/ffxfiles: $(BUILD)/tests/fixtures/ffxfiles.c.o $(BUILD)/libcagewright.a
+	$(CXX) $(all_ldflags) -o $@ $^ -lcmocka $(LIBS)
+# Trains these tables: build/train cages > build/ffx_tables.c
+$(BUILD)/train: $(BUILD)/tests/train/train.c.o $(BUILD)/libcagewright.a
+	$(CXX) $(all_ldflags) -o $@ $^ $(LIBS)
+# Runs a command with bounds and says what it took.
+$(BUILD)/measured: $(BUILD)/tests/bench/measured.c.o
+	$(CC) $(all_ldflags) -o $@ $<
 
-.PHONY: unit
-unit: $(UNITS)
-	CMOCKA_MESSAGE_OUTPUT=TAP prove -e '' $(UNITS)
+$(BUILD)/tests/%: $(BUILD)/tests/unit/%.c.o $(BUILD)/libfixtures.a $(BUILD)/libstages.a $(BUILD)/libcagewright.a
+	@mkdir -p $(@D)
+	$(CXX) $(all_ldflags) -o $@ $< $(BUILD)/libfixtures.a $(BUILD)/libstages.a $(BUILD)/libcagewright.a -lcmocka $(LIBS)
+
+# The longest first, so that both ends of the run are busy.
+SCRIPTS := $(wildcard tests/property/*.t tests/cli/*.t tests/golden/*.t)
+# tests/tools/run starts a test in a clean environment, bounded in time, with BIN and PARTS in it.
+PROVE = BIN=$(abspath $(BIN)) PARTS=$(abspath $(BUILD)/parts) DATA='$(abspath $(DATA))' prove -j$(JOBS) -e 'sh tests/tools/run'
+
+.PHONY: check unit check-san san-run
+check: $(TOOLS) $(UNITS) $(BUILD)/parts | $(deps_first)
+	@$(PROVE) $(SCRIPTS) $(UNITS)
+unit: $(UNITS) | $(deps_first)
+	@$(PROVE) $(UNITS)
+
+# What reads foreign bytes, and the decoder with what it calls.
+SAN_UNITS := $(filter $(foreach t,number input output ply mesh dense network cage conformance export rangecoder facefixer ffx ffxdamage \
+	repair subdivide half,$(BUILD)/tests/test_$(t)),$(UNITS))
+check-san: | $(deps_first)
+	@$(MAKE) --no-print-directory BUILD=build/san SAN=address,undefined san-run
+san-run: $(SAN_UNITS) $(TOOLS) $(BUILD)/parts
+	@$(PROVE) $(SAN_UNITS) $(wildcard tests/cli/damage.t)
+
+# --- demo and bench ----------------------------------------------------------------------------------------------
+.PHONY: demo bench
+DEMO_PART ?= flange
+demo: $(TOOLS) $(BUILD)/parts | $(deps_first)
+	@BIN=$(BIN)/ PARTS=$(BUILD)/parts sh tests/tools/demo $(DEMO_PART) build/demo
+PART_SECONDS ?= 60
+PART_MIB ?= 2048
+bench: $(TOOLS) $(BUILD)/measured | $(deps_first)
+	@BIN=$(abspath $(BIN)) MEASURED=$(abspath $(BUILD)/measured) PART_SECONDS=$(PART_SECONDS) PART_MIB=$(PART_MIB) \
+	sh tests/bench/bench '$(DATA)' build
+
+# --- fuzz --------------------------------------------------------------------------------------------------------
+FUZZ_SECONDS ?= 30
+FUZZ_C := $(wildcard tests/fuzz/fuzz_*.c)
+FUZZ_TARGETS := $(FUZZ_C:tests/fuzz/%.c=build/fuzz/%)
+FUZZ_FLAGS = -fsanitize=fuzzer-no-link,address,undefined
+.PHONY: fuzz
+fuzz: | $(deps_first)
+	@$(MAKE) --no-print-directory CC=clang CXX=clang++ BUILD=build/fuzz/objects \
+	CFLAGS='-O1 -g $(FUZZ_FLAGS)' CXXFLAGS='-O1 -g $(FUZZ_FLAGS)' fuzz-build
+	@for t in $(FUZZ_TARGETS); do sh tests/tools/fuzz $$t $(FUZZ_SECONDS) || exit 1; done
+.PHONY: fuzz-build
+fuzz-build: $(FUZZ_TARGETS)
+build/fuzz/fuzz_%: build/fuzz/objects/tests/fuzz/fuzz_%.c.o build/fuzz/objects/libcagewright.a
+	$(CXX) -fsanitize=fuzzer,address,undefined -fopenmp -o $@ $^ -lcmocka $(LIBS)
+
+# --- lint --------------------------------------------------------------------------------------------------------
+LINT_C := $(sort $(wildcard formats/*.c stages/*/*.c tests/unit/*.c tests/fixtures/*.c tests/train/*.c tests/bench/*.c tests/fuzz/*.c))
+LINT_SH := $(sort .ci/run $(wildcard tests/tools/* tests/cli/*.t tests/golden/*.t tests/property/*.t tests/bench/bench))
+LINT_PAGES := $(sort $(wildcard man/man*/*))
+.PHONY: lint lint-gcc lint-clang lint-cppcheck lint-sh lint-man
+lint: lint-gcc lint-clang lint-cppcheck lint-sh lint-man
+	@echo 'lint: clean'
+# -O1: some warnings need data flow, none needs more.
+lint-gcc: $(LINT_C:%=build/lint/gcc/%.o) $(SHIM_CPP:%=build/lint/gcc/%.o)
+lint-clang: $(LINT_C:%=build/lint/clang/%.o) $(SHIM_CPP:%=build/lint/clang/%.o)
+build/lint/gcc/%.c.o: CC = gcc
+build/lint/gcc/%.cpp.o: CXX = g++
+build/lint/clang/%.c.o: CC = clang
+build/lint/clang/%.cpp.o: CXX = clang++
+build/lint/%.o: CFLAGS = -O1
+build/lint/%.o: WERROR = -Werror
+build/lint/gcc/%.c.o build/lint/clang/%.c.o: %.c | $(deps_first)
+	@mkdir -p $(@D)
+	$(CC) $(CPPFLAGS) $(all_cflags) -c -o $@ $<
+build/lint/gcc/%.cpp.o build/lint/clang/%.cpp.o: %.cpp | $(deps_first)
+	@mkdir -p $(@D)
+	$(CXX) $(CPPFLAGS) $(all_cxxflags) -c -o $@ $<
+lint-cppcheck: | $(deps_first)
+	@mkdir -p build/lint/cppcheck
+	cppcheck -q -j$(JOBS) --cppcheck-build-dir=build/lint/cppcheck --error-exitcode=1 --std=c11 --language=c -I. -D_GNU_SOURCE --inline-suppr \
+	--enable=warning,performance,portability --suppressions-list=tests/tools/cppcheck.txt $(filter-out tests/fuzz/%,$(LINT_C))
+lint-sh: | $(deps_first)
+	shellcheck -s sh $(LINT_SH)
+lint-man: | $(deps_first)
+	mandoc -T lint -W warning $(LINT_PAGES)
+-include $(wildcard build/lint/*/*/*.d build/lint/*/*/*/*.d)
+
+# --- install -----------------------------------------------------------------------------------------------------
+bindir = $(DESTDIR)$(PREFIX)/bin
+mandir = $(DESTDIR)$(PREFIX)/share/man
+datadir = $(DESTDIR)$(PREFIX)/share/cagewright
+docdir = $(DESTDIR)$(PREFIX)/share/doc/cagewright
+.PHONY: install uninstall
+install: $(TOOLS)
+	mkdir -p $(bindir) $(datadir) $(docdir) $(mandir)/man1 $(mandir)/man5 $(mandir)/man7
+	install -m 755 $(TOOLS) $(bindir)
+	install -m 644 $(wildcard pipelines/*.mk) $(datadir)
+	install -m 644 README.md LICENSE NEWS.md $(docdir)
+	for n in 1 5 7; do install -m 644 man/man$$n/*.$$n $(mandir)/man$$n || exit 1; done
+uninstall:
+	rm -f $(foreach t,$(TOOLS),$(bindir)/$(notdir $(t))) $(foreach p,$(wildcard man/man*/*),$(mandir)/$(notdir $(patsubst %/,%,$(dir $(p))))/$(notdir $(p)))
+	rm -rf $(datadir) $(docdir)
 
 .PHONY: clean
 clean:
 	rm -rf build bin
 
--include $(LIB_OBJ:.o=.d) $(KERNEL_OBJ:.o=.d) $(SHIM_OBJ:.o=.d) $(MAIN_OBJ:.o=.d) $(UNIT_OBJ:.o=.d)
+-include $(LIB_OBJ:.o=.d) $(KERNEL_OBJ:.o=.d) $(SHIM_OBJ:.o=.d) $(MAIN_OBJ:.o=.d) $(UNIT_OBJ:.o=.d) $(FIXTURE_OBJ:.o=.d)
+-include $(FIXTURE_MAINS:%=$(BUILD)/%.d) $(BUILD)/tests/train/train.c.d $(BUILD)/tests/bench/measured.c.d
