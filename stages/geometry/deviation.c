@@ -11,6 +11,7 @@
 
 /* Climbing to the maximum: from this many triangles, by this many steps at most, until the step is this share of a side. */
 #define CLIMB_PEAKS 400
+#define CLIMB_LEAST_PEAK 0.4 /* and only from samples at least this high, in shares of the maximum so far */
 #define CLIMB_TRIES 24
 #define CLIMB_LEAST_STEP 0.004
 
@@ -137,8 +138,8 @@ static double climb_peaks(double worst[3], double distance_so_far, const double 
 		peak[peak_count++] = (struct peak){distance[best], best};
 	}
 	qsort(peak, peak_count, sizeof *peak, compare_peaks);
-	if (peak_count > CLIMB_PEAKS)
-		peak_count = CLIMB_PEAKS;
+	while (peak_count > 0 && (peak_count > CLIMB_PEAKS || !(peak[peak_count - 1].distance > CLIMB_LEAST_PEAK * distance_so_far)))
+		peak_count--;
 	double *top = mem_array(4 * peak_count, sizeof *top); /* point and distance */
 #pragma omp parallel for schedule(dynamic, 4)
 	for (size_t i = 0; i < peak_count; i++) {
@@ -194,7 +195,8 @@ bool deviation_one_way(struct deviation_side *out, const struct deviation_surfac
 			worst = i;
 	out->max = distance[worst];
 	copy3(out->worst, worst < n ? point + 3 * worst : from->xyz + 3 * (size_t)vertex[worst - n]);
-	out->max = climb_peaks(out->worst, out->max, point, triangle, distance, n, from, to);
+	if (out->max > 1e-3 * tie) /* else only rounding errors */
+		out->max = climb_peaks(out->worst, out->max, point, triangle, distance, n, from, to);
 	const struct foot foot = nearest_point(to, out->worst, INFINITY, NULL);
 	copy3(out->worst_foot, foot.point);
 	const double scale = out->max > 0 ? out->max : 1;

@@ -4,12 +4,13 @@
 
 #include "formats/mesh.h"
 
-/* Polygons with more corners than this are cut as a fan: the search for ears is quadratic. */
-#define TRIANGULATE_EARS_MOST 2000
+/* Polygons with up to this many corners are cut by their best ears, a quadratic search; larger ones by the first ears found. */
+#define TRIANGULATE_BEST_MOST 200
 
 /* Cut one polygon of count >= 3 corners (vertex indices) into count - 2 triangles of the same orientation.
- * Quads by the diagonal that leaves no triangle turned over, else the shorter one (ties: the first); larger ones by ears, best shape
- * first, in the plane of the Newell normal. Exact for planar simple polygons. */
+ * Quads by the diagonal that leaves no triangle turned over, else the shorter one (ties: the first); larger ones by ears (Meisters 1975)
+ * in the plane of the Newell normal. Keeps the area of planar simple polygons; the others get triangles too, and time is bounded:
+ * about O(n log n) for usual ones, never more than some 10^8 steps. */
 void triangulate_polygon(idx_t *restrict triangle, const double *restrict xyz, const idx_t *restrict corner, size_t count);
 
 /* All faces of a mesh: returns 3 * *triangle_count indices (caller frees); *face, when not NULL, gets the face that each
