@@ -33,7 +33,8 @@ static bool next_line(struct reader *r, struct word *line)
 	const char *next = stop ? stop + 1 : r->end;
 	if (!stop)
 		stop = r->end;
-	while (stop > r->at && stop[-1] == '\r') /* several are left by careless conversions, and would not come back as they were */
+	/* all of them: careless conversions leave several, and a comment that ended in one would lose it when read again */
+	while (stop > r->at && stop[-1] == '\r')
 		stop--;
 	*line = (struct word){r->at, (size_t)(stop - r->at)};
 	r->at = next;
