@@ -11,6 +11,7 @@
 #include "stages/segment/primitive_grow.h"
 
 #define FIT_POINTS_MOST 250 /* more points hardly change a fit of 7 parameters */
+#define FLAT_LOOKS 32
 #define REFINE_MOST 6
 #define TURN_MOST 0.95      /* chord of 57 degrees: coarser facets than hexagonal are not taken for round */
 
@@ -20,6 +21,7 @@ void grower_init(struct grower *g, const struct facets *f)
 	g->region = mem_array(f->triangle_count, sizeof *g->region);
 	g->stamp = mem_array(f->triangle_count, sizeof *g->stamp);
 	g->vertex_stamp = mem_array(f->vertex_count, sizeof *g->vertex_stamp);
+	g->bad_stamp = mem_array(f->triangle_count, sizeof *g->bad_stamp);
 	g->points = mem_array(3 * (FIT_POINTS_MOST + 4), sizeof *g->points);
 	g->elements = mem_array(3 * (FIT_POINTS_MOST + 4), sizeof *g->elements);
 	g->normals = mem_array(3 * (FIT_POINTS_MOST + 4), sizeof *g->normals);
@@ -31,6 +33,7 @@ void grower_free(struct grower *g)
 	free(g->region);
 	free(g->stamp);
 	free(g->vertex_stamp);
+	free(g->bad_stamp);
 	free(g->points);
 	free(g->elements);
 	free(g->normals);
@@ -76,9 +79,10 @@ bool grow_explains(const struct grower *g, const struct dense_patch *patch, idx_
 
 static uint32_t next_tick(struct grower *g)
 {
-	if (++g->tick == UINT32_MAX) {
+	if (++g->tick == UINT32_MAX / 2) {
 		memset(g->stamp, 0, g->facets->triangle_count * sizeof *g->stamp);
 		memset(g->vertex_stamp, 0, g->facets->vertex_count * sizeof *g->vertex_stamp);
+		memset(g->bad_stamp, 0, g->facets->triangle_count * sizeof *g->bad_stamp);
 		g->tick = 1;
 	}
 	return g->tick;
@@ -100,6 +104,26 @@ static void record_turn(struct turn_record *r, idx_t flat, double turn)
 	} else if (turn > r->second || flat == r->second_flat) {
 		r->second = fmax(r->second, turn), r->second_flat = flat;
 	}
+}
+
+/* A facet of a curved face lies on it with all its corners. One that does not, beyond the tolerance of coplanarity, is
+ * another face of which some corners happen to lie on the surface. Looks at FLAT_LOOKS triangles of a large flat. */
+static bool sticks_out(struct grower *g, const struct dense_patch *patch, idx_t flat, double turn_limit, uint32_t tick)
+{
+	const size_t low = g->flats->start[flat], count = g->flats->start[flat + 1] - low;
+	if (count < 2)
+		return false;
+	/* two marks of one tick: 2 * tick is good, 2 * tick + 1 is bad */
+	if (g->bad_stamp[flat] / 2 == tick)
+		return g->bad_stamp[flat] % 2;
+	const size_t step = count / FLAT_LOOKS + 1;
+	bool is_out = false;
+	for (size_t i = 0; i < count && !is_out; i += step) {
+		const idx_t t = g->flats->member[low + i];
+		is_out = (!g->owner || g->owner[t] == NO_INDEX) && !grow_explains(g, patch, t, turn_limit, NULL);
+	}
+	g->bad_stamp[flat] = 2 * tick + is_out;
+	return is_out;
 }
 
 double grow_region(struct grower *g, const struct dense_patch *patch, const idx_t *seed, size_t seed_count, double turn_limit)
@@ -125,21 +149,22 @@ double grow_region(struct grower *g, const struct dense_patch *patch, const idx_
 				to = f->neighbour[3 * at + k];
 			}
 			double turn;
+			const idx_t flat = g->flats->of[to];
 			if (g->stamp[to] == tick || (g->owner && g->owner[to] != NO_INDEX))
 				continue;
 			g->stamp[to] = tick;
 			g->work++;
-			if (!grow_explains(g, patch, to, turn_limit, &turn))
+			if (!grow_explains(g, patch, to, turn_limit, &turn) || (patch->kind != PATCH_PLANE && sticks_out(g, patch, flat, turn_limit, tick)))
 				continue;
 			g->region[tail++] = to;
 			g->region_area += f->area[to];
 			squares += turn * turn * f->area[to];
-			record_turn(&record, g->flat[to], turn);
+			record_turn(&record, flat, turn);
 			bool is_new = true;
 			for (size_t j = 0; j < g->flat_count; j++)
-				is_new = is_new && some_flat[j] != g->flat[to];
+				is_new = is_new && some_flat[j] != flat;
 			if (is_new && g->flat_count < 4)
-				some_flat[g->flat_count++] = g->flat[to];
+				some_flat[g->flat_count++] = flat;
 		}
 	}
 	g->region_count = tail;

@@ -3,12 +3,12 @@
 #define CAGEWRIGHT_PRIMITIVE_GROW_H
 
 #include "stages/geometry/primitive.h"
-#include "stages/segment/facets.h"
+#include "stages/segment/flats.h"
 
 /* Workspace and rules of growing; one a thread. */
 struct grower {
 	const struct facets *facets;
-	const idx_t *flat;       /* the coplanar cluster of each triangle */
+	const struct flats *flats; /* coplanar clusters: a curved surface takes them whole or not at all */
 	const idx_t *owner;      /* region that a triangle already belongs to; growing takes only NO_INDEX */
 	double distance;         /* most distance of a vertex to the surface */
 	double angle;            /* radians: most angle of a facet to the surface, beyond what noise and the facet's own turn explain */
@@ -21,7 +21,7 @@ struct grower {
 	size_t flat_count;       /* distinct flats in it, counted up to a few */
 	size_t work;             /* triangles visited and points fitted so far: bounds the whole search */
 	/* private */
-	uint32_t *stamp, *vertex_stamp, tick;
+	uint32_t *stamp, *vertex_stamp, *bad_stamp, tick; /* bad: flats that stick out of the surface */
 	double *points, *elements, *normals, *weights;
 };
 

@@ -436,7 +436,7 @@ void primitive_search(struct regions *regions, const struct flats *flats, const 
 	const struct facets *f = regions->facets;
 	struct search s = {.facets = f, .flats = flats, .options = options, .regions = regions};
 	grower_init(&s.grower, f);
-	s.grower.flat = flats->of;
+	s.grower.flats = flats;
 	s.grower.owner = regions->label;
 	s.grower.distance = options->distance;
 	s.grower.angle = options->angle;

@@ -387,7 +387,7 @@ size_t tidy_unite(struct regions *r, const struct flats *flats, const struct tid
 	struct grower g;
 	size_t united = 0;
 	grower_init(&g, f);
-	g.flat = flats->of;
+	g.flats = flats;
 	/* what was found from two ends of a noisy surface differs by more than the noise */
 	g.distance = o->is_noisy ? 2 * o->distance : o->distance;
 	g.angle = o->angle;
