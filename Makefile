@@ -162,7 +162,7 @@ san-run: $(SAN_UNITS) $(TOOLS) $(BUILD)/parts
 
 # --- demo and bench ----------------------------------------------------------------------------------------------
 .PHONY: demo bench
-DEMO_PART ?= flange
+DEMO_PART ?= bracket
 demo: $(TOOLS) $(BUILD)/parts | $(deps_first)
 	@BIN=$(BIN)/ PARTS=$(BUILD)/parts sh tests/tools/demo $(DEMO_PART) build/demo
 PART_SECONDS ?= 60
