@@ -48,15 +48,15 @@ static struct triple triple_of(const idx_t *corner, size_t t)
 }
 
 /* Triangles that lie back to back in equal numbers bound nothing. A patch of them that hangs on a surface which is
- * whole without it (a fin of no thickness) goes altogether; one that closes a hole, or stands alone, stays as one sheet.
+ * whole without it (a fin of no thickness) goes altogether; one that closes a hole, or stands alone, stays as one sheet. What
+ * most of the edges say where it meets others decides.
  * doubled: 1 for the triangle that is kept of such a group. */
 static void drop_fins(const struct soup *soup, unsigned char *keep, const unsigned char *doubled, struct repair_report *report)
 {
-	enum { LIES_ALONE = 0, HANGS = 1, CLOSES = 2 };
 	const size_t count = 3 * soup->triangle_count;
 	struct side *side = soup_sides(soup);
 	idx_t *patch = new_roots(soup->triangle_count);
-	unsigned char *use = mem_array(soup->triangle_count, 1);
+	long *hangs = mem_array(soup->triangle_count, sizeof *hangs); /* a patch: edges with whole surface less those without */
 	for (int pass = 0; pass < 2; pass++) /* first what belongs together, then how each patch is used */
 		for (size_t i = 0, end; i < count; i = end) {
 			end = side_run(side, count, i);
@@ -73,14 +73,14 @@ static void drop_fins(const struct soup *soup, unsigned char *keep, const unsign
 					unite_roots(patch, first, t);
 			}
 			if (pass == 1 && first != NO_INDEX && others > 0)
-				use[find_root(patch, first)] |= others % 2 ? CLOSES : HANGS;
+				hangs[find_root(patch, first)] += others % 2 ? -1 : 1;
 		}
 	for (size_t t = 0; t < soup->triangle_count; t++)
-		if (keep[t] && doubled[t] && use[find_root(patch, (idx_t)t)] == HANGS) {
+		if (keep[t] && doubled[t] && hangs[find_root(patch, (idx_t)t)] > 0) {
 			keep[t] = 0;
 			report->count[REPAIR_DUPLICATE_FACE]++;
 		}
-	free(side), free(patch), free(use);
+	free(side), free(patch), free(hangs);
 }
 
 void soup_drop_duplicates(struct soup *soup)
