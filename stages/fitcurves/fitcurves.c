@@ -105,9 +105,8 @@ int main(int argc, char **argv)
 
 	ply_drop_element(&document, "face");
 	ply_drop_element(&document, "wedge");
-	ply_drop_element(&document, "edge");
-	ply_drop_element(&document, "vertex");
 	network_to_ply(&document, &network, "vertex");
+	border_options_to_ply(&document, border_options);
 	char tol[NUM_TEXT_SIZE + 1], mean[NUM_TEXT_SIZE + 1], corner[NUM_TEXT_SIZE], smooth[NUM_TEXT_SIZE];
 	num_print(corner, opt.corner_deg);
 	num_print(smooth, opt.smooth_deg);

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "formats/memory.h"
+#include "formats/number.h"
 #include "stages/geometry/vector.h"
 
 /* Tangents at a possible corner are chords over at least this share of the longest side, ... */
@@ -19,6 +20,48 @@
 #define CORNER_PROMINENCE 3
 /* A sharp or smooth stretch shorter than this share of the longest side does not split a border. */
 #define LEAST_STRETCH 0.03
+
+static const char options_comment[] = "comment cagewright-border ";
+
+/* The number behind name in text, or otherwise. */
+static double option_value(const char *text, const char *name, double low, double high, double otherwise)
+{
+	const char *found = strstr(text, name);
+	double value;
+	if (!found)
+		return otherwise;
+	found += strlen(name);
+	return num_parse(found, strcspn(found, " "), &value) && value >= low && value <= high ? value : otherwise;
+}
+
+struct border_options border_options_from_ply(const struct ply *ply)
+{
+	struct border_options options = BORDER_DEFAULTS;
+	for (size_t c = 0; c < ply->comment_count; c++) {
+		const char *text = ply->comment[c];
+		if (strncmp(text, options_comment, sizeof options_comment - 1) != 0)
+			continue;
+		options.corner_deg = option_value(text, " corner=", 0, 180, options.corner_deg);
+		options.smooth_deg = option_value(text, " smooth=", 0, 180, options.smooth_deg);
+	}
+	return options;
+}
+
+void border_options_to_ply(struct ply *ply, struct border_options options)
+{
+	size_t kept = 0;
+	for (size_t c = 0; c < ply->comment_count; c++) {
+		if (strncmp(ply->comment[c], options_comment, sizeof options_comment - 1) == 0)
+			free(ply->comment[c]);
+		else
+			ply->comment[kept++] = ply->comment[c];
+	}
+	ply->comment_count = kept;
+	char corner[NUM_TEXT_SIZE], smooth[NUM_TEXT_SIZE];
+	num_print(corner, options.corner_deg);
+	num_print(smooth, options.smooth_deg);
+	ply_comment(ply, "cagewright-border corner=%s smooth=%s", corner, smooth);
+}
 
 struct boundary_edge {
 	idx_t a, b;        /* left patch on the left from a to b */

@@ -10,6 +10,7 @@
 #include "formats/dense.h"
 #include "formats/fault.h"
 #include "formats/network.h"
+#include "formats/ply.h"
 
 struct border_options {
 	double corner_deg; /* a chain that turns by more than this has a node there */
@@ -20,6 +21,11 @@ struct border_options {
 
 /* 45 and 8 degrees (sections 4.1 and 10, hazard 20), no darts. */
 #define BORDER_DEFAULTS ((struct border_options){45, 8, false})
+
+/* The options travel with the network as "comment cagewright-border corner=45 smooth=8", so that a later stage finds the same
+ * chains. Read: the defaults where there is no such comment or it says nothing sensible. */
+struct border_options border_options_from_ply(const struct ply *ply);
+void border_options_to_ply(struct ply *ply, struct border_options options);
 
 struct border_chain {
 	idx_t left, right;    /* patches, left when walking along the vertices: left < right, or right -1 outside */

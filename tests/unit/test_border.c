@@ -323,12 +323,34 @@ static void test_match(void **state)
 	dense_free(&d);
 }
 
+/* The options come back from the comment; nonsense in it gives the defaults. */
+static void test_options(void **state)
+{
+	(void)state;
+	struct ply ply;
+	ply_init(&ply);
+	struct border_options options = border_options_from_ply(&ply);
+	assert_true(options.corner_deg == 45 && options.smooth_deg == 8);
+	border_options_to_ply(&ply, (struct border_options){30.5, 0, false});
+	border_options_to_ply(&ply, (struct border_options){62.25, 1, false});
+	assert_int_equal(ply.comment_count, 1);
+	options = border_options_from_ply(&ply);
+	assert_true(options.corner_deg == 62.25 && options.smooth_deg == 1);
+	ply_free(&ply);
+	ply_init(&ply);
+	ply_comment(&ply, "cagewright-border corner=x smooth=-4");
+	options = border_options_from_ply(&ply);
+	assert_true(options.corner_deg == 45 && options.smooth_deg == 8);
+	ply_free(&ply);
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(test_square), cmocka_unit_test(test_halves),        cmocka_unit_test(test_touching), cmocka_unit_test(test_island),
 		cmocka_unit_test(test_cube),   cmocka_unit_test(test_parent),        cmocka_unit_test(test_fading_crease),
 		cmocka_unit_test(test_dart),   cmocka_unit_test(test_faults),        cmocka_unit_test(test_match),
+		cmocka_unit_test(test_options),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
