@@ -168,11 +168,12 @@ static bool describe(struct repair_report *report, const struct mesh *mesh, cons
 		}
 		c->faces++;
 		cross3(normal, corner[1], corner[2]);
-		c->volume += dot3(corner[0], normal) / 6;
+		c->volume += dot3(corner[0], normal);
 	}
 	count_border_loops(report, &half, component_of);
 	for (size_t i = 0; i < component_count; i++) {
 		struct repair_component *const c = &report->component[i];
+		c->volume /= 6;
 		c->euler = (long)c->vertices - (long)c->edges + (long)c->faces;
 		c->genus = (2 - (long)c->border_loops - c->euler) / 2;
 	}

@@ -136,9 +136,11 @@ int main(int argc, char **argv)
 {
 	tool_init("mend");
 	const struct options opt = parse_options(argc, argv);
-	char extension[8] = "ply";
-	if (opt.common.output && strcmp(opt.common.output, "-") != 0)
+	char extension[8] = "";
+	if (opt.common.output)
 		path_extension(extension, opt.common.output);
+	if (!extension[0])
+		strcpy(extension, "ply");
 	if (!export_knows(extension))
 		tool_die(EX_BAD_USAGE, "no writer for '.%s' files (ply, obj, off, stl, stla)", extension);
 
