@@ -76,43 +76,49 @@ static double nearest_along(const struct line *line, const double p[3], double l
 	return best;
 }
 
-/* Places 0 < place < segments of inner points in order; false when they do not come in order. */
-static bool place_by_foot(double *along, size_t count, const struct line *line, const double *points, size_t point_count, bool closed, bool forward)
+/* Least change of value[count] that makes every value at least gap larger than the one before: pool adjacent violators on
+ * value - i gap (isotonic regression; Barlow and Brunk 1972). weight is scratch of count + count. */
+static void put_in_order(double *value, size_t count, double gap, double *scratch)
 {
+	double *mean = scratch, *size = scratch + count;
+	size_t blocks = 0;
+	for (size_t i = 0; i < count; i++) {
+		mean[blocks] = value[i] - (double)i * gap, size[blocks++] = 1;
+		while (blocks > 1 && mean[blocks - 1] < mean[blocks - 2]) {
+			const double both = size[blocks - 1] + size[blocks - 2];
+			mean[blocks - 2] = (mean[blocks - 1] * size[blocks - 1] + mean[blocks - 2] * size[blocks - 2]) / both;
+			size[blocks-- - 2] = both;
+		}
+	}
+	size_t i = 0;
+	for (size_t b = 0; b < blocks; b++)
+		for (double k = 0; k < size[b]; k++, i++)
+			value[i] = mean[b] + (double)i * gap;
+}
+
+/* Places of the inner points along the line, in [0, segments), rising (closed: from some point on, once around). */
+static void place_points(double *along, size_t count, const struct line *line, const double *points, size_t point_count, bool closed, bool forward)
+{
+	const double length = (double)line->segments, gap = fmin(least_gap, 0.5 * length / (double)(count + 1));
 	for (size_t i = 0; i < count; i++) {
 		const size_t at = closed ? i : i + 1;
 		double limit[3];
 		curve_limit(limit, points, point_count, closed, forward ? at : point_count - 1 - at);
-		along[i] = nearest_along(line, limit, 0, (double)line->segments);
+		along[i] = nearest_along(line, limit, 0, length);
+		/* Around a closed line the shorter way from the point before. */
+		if (closed && i > 0)
+			along[i] += length * round((along[i - 1] - along[i]) / length);
 	}
-	size_t drops = 0;
-	const double gap = least_gap * fmin(1, (double)line->segments / (double)(count + 1));
-	for (size_t i = 0; i + 1 < count; i++)
-		drops += !(along[i] + gap <= along[i + 1]);
-	if (closed)
-		return drops + !(along[count - 1] + gap <= along[0]) <= 1 && (drops == 0 || along[count - 1] + gap <= along[0]);
-	return drops == 0 && (count == 0 || (along[0] >= gap && along[count - 1] <= (double)line->segments - gap));
-}
-
-/* By arc length of the line, evenly: for curves that no longer follow their border. */
-static void place_evenly(double *along, size_t count, const struct line *line, bool closed)
-{
-	double total = 0;
-	for (size_t s = 0; s < line->segments; s++)
-		total += distance3(&line->xyz[3 * (size_t)line->vertex[s]], &line->xyz[3 * (size_t)line->vertex[(s + 1) % line->vertices]]);
-	size_t s = 0;
-	double before = 0;
-	for (size_t i = 0; i < count; i++) {
-		const double want = total * (closed ? (double)i / (double)count : (double)(i + 1) / (double)(count + 1));
-		double length = 0;
-		for (; s < line->segments; s++) {
-			length = distance3(&line->xyz[3 * (size_t)line->vertex[s]], &line->xyz[3 * (size_t)line->vertex[(s + 1) % line->vertices]]);
-			if (before + length >= want)
-				break;
-			before += length;
-		}
-		along[i] = s >= line->segments ? (double)line->segments - least_gap : (double)s + (length > 0 ? (want - before) / length : 0);
+	double *scratch = mem_array(2 * count, sizeof *scratch);
+	put_in_order(along, count, gap, scratch);
+	free(scratch);
+	const double low = closed ? along[0] : gap, high = closed ? along[0] + length - gap : length - gap;
+	for (size_t i = 0; i < count; i++) { /* room for those before and after */
+		along[i] = fmax(along[i], low + (double)i * gap);
+		along[i] = fmin(along[i], high - (double)(count - 1 - i) * gap);
 	}
+	for (size_t i = 0; closed && i < count; i++)
+		along[i] -= length * floor(along[i] / length);
 }
 
 static int compare_anchors(const void *a, const void *b)
@@ -148,8 +154,8 @@ void anchors_place(struct anchors *anchors, const struct dense *dense, const str
 		const bool forward = curve->left == chain->left;
 		const size_t inner = curve->closed ? curve->count : curve->count - 2;
 		double *along = mem_array(inner, sizeof *along);
-		if (inner > 0 && !place_by_foot(along, inner, &line, points, curve->count, curve->closed, forward))
-			place_evenly(along, inner, &line, curve->closed);
+		if (inner > 0)
+			place_points(along, inner, &line, points, curve->count, curve->closed, forward);
 		if (!curve->closed) {
 			anchors->anchor[used++] = (struct anchor){0, point[forward ? 0 : curve->count - 1]};
 			anchors->anchor[used++] = (struct anchor){(double)line.segments, point[forward ? curve->count - 1 : 0]};

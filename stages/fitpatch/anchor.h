@@ -22,7 +22,7 @@ struct anchors {
 };
 
 /* chain_of_curve as of border_match. Open curves start and end at the chain's ends; inner points go where their limit
- * position is nearest, in order; where that order fails (points moved by hand) they are spread by control polygon length. */
+ * position is nearest, moved as little as it takes to come in order. */
 void anchors_place(struct anchors *anchors, const struct dense *dense, const struct half *half, const struct border_network *border,
                    const struct network *network, const idx_t *chain_of_curve);
 void anchors_free(struct anchors *anchors);

@@ -179,7 +179,7 @@ double chord_triangle_cost(void *opaque, idx_t a, idx_t b, idx_t c)
 	area_vector3(outer, control_of(context, a), control_of(context, b), control_of(context, c));
 	normalise3(outer);
 	const double turn = foot.triangle == NO_INDEX || doubled <= 0 ? 0 : fmin(dot3(foot.normal, normal), dot3(foot.normal, outer));
-	const double fold = turn < 0.3 ? 300 * (0.3 - turn) : 0;
+	const double fold = turn < 0.3 ? 1000 * (0.3 - turn) : 0;
 	const double height = longest > 0 ? doubled / longest / longest : 0; /* relative; 0.87 for an equilateral triangle */
 	return fold + (height < 0.1 ? 20 * (1 - height / 0.1) : 0);
 }

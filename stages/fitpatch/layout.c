@@ -84,6 +84,9 @@ void polygons_free(struct polygons *polygons)
 	*polygons = (struct polygons){0};
 }
 
+/* Points inside a patch stay this far from its border, as a share of the border's side. */
+static const double border_clearance = 0.35;
+
 /* Costs while thinning: short edges, no triangle that turns away from the surface as it was. */
 struct thinning {
 	const struct sheet *sheet;
@@ -133,8 +136,8 @@ static double *vertex_normals(const struct sheet *sheet)
 
 /* Take out every vertex that is no control point, few neighbours first and never two neighbours in one pass, so that rings
  * stay small and round (Schroeder, Zarge and Lorensen 1992). Vertices that cannot go stay, and so do those inside the patch that
- * would leave the surface by more than limit: drift (a vertex) holds how far the triangles around may be off already. Returns how many stay. */
-static size_t thin_out(struct sheet *sheet, const struct sheet_cost *cost, double *drift, double limit)
+ * would leave the surface by more than limit, unless they are crowded: drift (a vertex) holds how far the triangles around may be off already. Returns how many stay. */
+static size_t thin_out(struct sheet *sheet, const struct sheet_cost *cost, const unsigned char *crowded, double *drift, double limit)
 {
 	unsigned char *rested = mem_array(sheet->vertex_count, 1);
 	idx_t *waiting = mem_array(sheet->vertex_count, sizeof *waiting);
@@ -158,13 +161,14 @@ static size_t thin_out(struct sheet *sheet, const struct sheet_cost *cost, doubl
 				/* A fold is accepted only when nothing else is left to do. */
 				double height;
 				const double price = sheet_remove(sheet, v, cost, &height, false);
-				const bool near = height + drift[v] <= limit || sheet_on_border(sheet, v);
+				const bool near = crowded[v] || height + drift[v] <= limit || sheet_on_border(sheet, v);
 				if (near && price < (step + 1 < LIMITS ? 30 : INFINITY)) {
 					sheet_remove(sheet, v, cost, NULL, true);
 					gone = true;
 					for (size_t k = 0; k < degree; k++) {
 						rested[ring[k]] = 1;
-						drift[ring[k]] = fmax(drift[ring[k]], height + drift[v]);
+						if (!crowded[v])
+							drift[ring[k]] = fmax(drift[ring[k]], height + drift[v]);
 					}
 				}
 			}
@@ -181,6 +185,29 @@ static size_t thin_out(struct sheet *sheet, const struct sheet_cost *cost, doubl
 	}
 	free(rested), free(waiting);
 	return count;
+}
+
+/* Vertices that are too close to the border for its control points: sides are chords of curves, and a point between
+ * a chord and its curve makes faces that fold. */
+static unsigned char *find_crowded(const struct sheet *sheet, const struct loops *loops)
+{
+	unsigned char *crowded = mem_array(sheet->vertex_count, 1);
+	for (size_t v = 0; v < sheet->vertex_count; v++)
+		for (size_t l = 0; l < loops->count && !crowded[v]; l++)
+			for (size_t i = loops->start[l]; i < loops->start[l + 1]; i++) {
+				const double *p = &sheet->xyz[3 * v], *a = &sheet->xyz[3 * (size_t)loops->vertex[i]];
+				const double *b = &sheet->xyz[3 * (size_t)loops->vertex[i + 1 < loops->start[l + 1] ? i + 1 : loops->start[l]]];
+				double along[3], offset[3];
+				sub3(along, b, a);
+				sub3(offset, p, a);
+				const double squared = dot3(along, along), t = squared > 0 ? fmin(fmax(dot3(offset, along) / squared, 0), 1) : 0;
+				add_scaled3(offset, -t, along);
+				if (dot3(offset, offset) < border_clearance * border_clearance * squared) {
+					crowded[v] = 1;
+					break;
+				}
+			}
+	return crowded;
 }
 
 static void swap_edges(struct sheet *sheet, const struct sheet_cost *cost)
@@ -229,9 +256,12 @@ bool layout_patch(enum layout_kind *kind, struct layout_context *context, idx_t 
 			*kind = LAYOUT_GRID, done = true;
 	}
 	const size_t loop_count = loops.count;
+	const double limit = context->detail[patch] ? ldexp(16 * context->tolerance, -context->detail[patch]) : INFINITY;
+	unsigned char *crowded = done || isinf(limit) ? mem_array(sheet.vertex_count, 1) : find_crowded(&sheet, &loops);
 	loops_free(&loops);
 	if (done) {
 		sheet_free(&sheet);
+		free(crowded);
 		return true;
 	}
 	double *normal = vertex_normals(&sheet);
@@ -242,15 +272,14 @@ bool layout_patch(enum layout_kind *kind, struct layout_context *context, idx_t 
 	chord_open(&chords);
 	const struct sheet_cost coherent = {chord_cost, chord_triangle_cost, &chords};
 	double *drift = mem_array(sheet.vertex_count, sizeof *drift);
-	const double limit = context->detail[patch] ? ldexp(16 * context->tolerance, -context->detail[patch]) : INFINITY;
-	thin_out(&sheet, &short_edges, drift, limit);
+	thin_out(&sheet, &short_edges, crowded, drift, limit);
 	swap_edges(&sheet, &coherent);
 	/* What had to wait may be free to go after the swaps. */
 	bool border_left = false;
-	if (thin_out(&sheet, &coherent, drift, limit) > 0)
+	if (thin_out(&sheet, &coherent, crowded, drift, limit) > 0)
 		for (size_t v = 0; v < sheet.vertex_count; v++)
 			border_left |= sheet.outgoing[v] != NO_INDEX && sheet.point[v] == NO_INDEX && sheet_on_border(&sheet, (idx_t)v);
-	free(normal), free(drift);
+	free(normal), free(drift), free(crowded);
 	bool good = true;
 	if (border_left) {
 		good = fault_set(fault, EX_BAD_INPUT, "patch %" PRIidx ": its border cannot be thinned out to the control points", patch);

@@ -22,6 +22,24 @@ void draft_start(struct draft *draft, const struct network *network)
 	draft->network.point = mem_copy(network->point, network->point_count, sizeof *network->point);
 }
 
+void draft_copy(struct draft *to, const struct draft *from)
+{
+	*to = *from;
+	const struct control *control = &from->control;
+	to->control.xyz = mem_copy(control->xyz, 3 * control->count, sizeof *control->xyz);
+	to->control.role = mem_copy(control->role, control->count, 1);
+	to->control.held = mem_copy(control->held, control->count, 1);
+	to->control.capacity = control->count;
+	const struct polygons *polygons = &from->polygons;
+	to->polygons.corner = mem_copy(polygons->corner, polygons->start[polygons->count], sizeof *polygons->corner);
+	to->polygons.start = mem_copy(polygons->start, polygons->count + 1, sizeof *polygons->start);
+	to->polygons.patch = mem_copy(polygons->patch, polygons->count, sizeof *polygons->patch);
+	to->polygons.capacity = polygons->count;
+	to->polygons.corner_capacity = polygons->start[polygons->count];
+	to->network.curve = mem_copy(from->network.curve, from->network.curve_count, sizeof *from->network.curve);
+	to->network.point = mem_copy(from->network.point, from->network.point_count, sizeof *from->network.point);
+}
+
 void draft_free(struct draft *draft)
 {
 	control_free(&draft->control);

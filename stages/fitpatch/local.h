@@ -7,6 +7,7 @@
 
 /* Control points are the network's vertices; curves are copied. Points of curves that were moved by hand are held. */
 void draft_start(struct draft *draft, const struct network *network);
+void draft_copy(struct draft *to, const struct draft *from);
 void draft_free(struct draft *draft);
 
 /* Triangles by label: those of patch p are list[start[p]] .. list[start[p + 1]), rising. Caller frees both. */

@@ -105,15 +105,85 @@ static bool fit_carefully(struct draft *draft, struct patch_error *error, struct
 
 static bool is_plane(const struct dense *dense, size_t patch) { return dense->patch[patch].kind == PATCH_PLANE; }
 
+/* The state of a part after a fit. */
+struct state {
+	double mean, worst, folded; /* folded: share of the area */
+};
+
+static struct state whole_part(const struct patch_error *error, const struct dense *dense)
+{
+	struct state state = {0, 0, 0};
+	double area = 0;
+	for (size_t p = 0; p < dense->patch_count; p++) {
+		state.mean += error[p].mean * dense->patch[p].area, area += dense->patch[p].area, state.folded += error[p].folded;
+		state.worst = fmax(state.worst, error[p].max);
+	}
+	if (area > 0)
+		state.mean /= area, state.folded /= area;
+	return state;
+}
+
+/* Lower is better; everything within the bounds is equally good. A hundredth of the area folded is as bad as an error of twice the bound. */
+static double badness(const struct state *state, const struct bounds *bounds)
+{
+	return fmax(1, state->mean / bounds->mean) + fmax(1, state->worst / bounds->max) + 100 * state->folded;
+}
+
+/* What each patch gets in a round. */
+struct plan {
+	unsigned char *want;        /* enum want */
+	unsigned char *again;       /* lay out anew */
+	unsigned char *touched;
+	unsigned char *fold_rounds; /* rounds in which it was folded */
+	double *last_max;           /* the round before */
+};
+
+/* Returns the number of patches that want something; *anew of them are only laid out again, with more detail. */
+static size_t plan_round(struct plan *plan, size_t *anew, struct layouts *layouts, const struct patch_error *error, const struct state *state,
+                         const struct rounds *rounds)
+{
+	const struct dense *dense = rounds->target->dense;
+	size_t wanted = 0;
+	*anew = 0;
+	for (size_t p = 0; p < dense->patch_count; p++) {
+		const bool folds = error[p].folded > fold_share * dense->patch[p].area && plan->fold_rounds[p] < FOLD_ROUNDS;
+		const bool far = error[p].max > rounds->bounds.max || (state->mean > rounds->bounds.mean && error[p].mean > rounds->bounds.mean);
+		const bool stuck = error[p].max > 0.9 * plan->last_max[p] && layouts->kind[p] == LAYOUT_CHORDS;
+		plan->want[p] = WANT_NOTHING, plan->again[p] = 0, plan->touched[p] = 0;
+		if (is_plane(dense, p)) {
+			plan->want[p] = folds || far ? WANT_BORDER : WANT_NOTHING;
+			plan->again[p] = folds || far;
+		} else if (folds && plan->fold_rounds[p] == 0) {
+			plan->want[p] = WANT_BORDER;
+			plan->again[p] = 1;
+		} else if (folds || (far && stuck)) {
+			/* Single points do not help: start anew with more of them. */
+			plan->again[p] = layouts->detail[p] < MOST_DETAIL;
+			layouts->detail[p] += plan->again[p];
+			*anew += plan->again[p];
+		} else if (far) {
+			plan->want[p] = WANT_INSIDE;
+		}
+		plan->fold_rounds[p] += folds;
+		plan->last_max[p] = plan->again[p] ? INFINITY : error[p].max;
+		wanted += plan->want[p] != WANT_NOTHING || plan->again[p];
+	}
+	return wanted;
+}
+
 bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error *error, const struct rounds *rounds, struct fault *fault)
 {
 	const struct dense *dense = rounds->target->dense;
 	const size_t patches = dense->patch_count;
-	unsigned char *want = mem_array(patches, 1), *touched = mem_array(patches, 1), *again = mem_array(patches, 1), *fold_rounds = mem_array(patches, 1);
+	struct plan plan = {mem_array(patches, 1), mem_array(patches, 1), mem_array(patches, 1), mem_array(patches, 1), mem_array(patches, sizeof(double))};
+	for (size_t p = 0; p < patches; p++)
+		plan.last_max[p] = INFINITY;
+	struct draft best = {0};
+	double least = INFINITY;
 	bool good = false;
 	for (int round = 0;; round++) {
 		/* New points on borders are placed by a fit; only then can plane faces between them be found. */
-		good = round == 0 || (joint_fit(draft, rounds->target, &rounds->joint, NULL, fault) && rounds_layout(draft, rounds, layouts, again, fault));
+		good = round == 0 || (joint_fit(draft, rounds->target, &rounds->joint, NULL, fault) && rounds_layout(draft, rounds, layouts, plan.again, fault));
 		if (!good)
 			break;
 		struct face_error *face_error = mem_array(draft->polygons.count, sizeof *face_error);
@@ -122,46 +192,35 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 			free(face_error);
 			break;
 		}
-		double sum = 0, area = 0, worst = 0, folded = 0;
-		for (size_t p = 0; p < patches; p++) {
-			sum += error[p].mean * dense->patch[p].area, area += dense->patch[p].area, folded += error[p].folded;
-			worst = fmax(worst, error[p].max);
+		const struct state state = whole_part(error, dense);
+		rounds->say("round %d: %zu faces, mean %.4g, largest %.4g (bounds %.4g, %.4g), %.3g%% folded", round, draft->polygons.count, state.mean, state.worst,
+		            rounds->bounds.mean, rounds->bounds.max, 100 * state.folded);
+		const double now = badness(&state, &rounds->bounds);
+		if (now < 0.999 * least) {
+			draft_free(&best);
+			draft_copy(&best, draft);
+			least = now;
 		}
-		const double mean = area > 0 ? sum / area : 0;
-		rounds->say("round %d: %zu faces, mean %.4g, largest %.4g (bounds %.4g, %.4g), %.3g%% folded", round, draft->polygons.count, mean, worst,
-		            rounds->bounds.mean, rounds->bounds.max, area > 0 ? 100 * folded / area : 0);
-		size_t wanted = 0, anew = 0;
-		for (size_t p = 0; p < patches; p++) {
-			const bool folds = error[p].folded > fold_share * dense->patch[p].area && fold_rounds[p] < FOLD_ROUNDS;
-			const bool far = error[p].max > rounds->bounds.max || (mean > rounds->bounds.mean && error[p].mean > rounds->bounds.mean);
-			want[p] = WANT_NOTHING;
-			again[p] = folds;
-			touched[p] = 0;
-			if (is_plane(dense, p)) {
-				want[p] = folds || far ? WANT_BORDER : WANT_NOTHING;
-			} else if (folds && fold_rounds[p] < 2) {
-				want[p] = WANT_BORDER;
-			} else if (folds || (far && layouts->kind[p] == LAYOUT_CHORDS && (round > 2 || error[p].max > 3 * rounds->bounds.max))) {
-				/* A few points here and there do not help: start anew with more of them. */
-				again[p] = layouts->detail[p] < MOST_DETAIL;
-				layouts->detail[p] += again[p];
-			} else if (far) {
-				want[p] = WANT_INSIDE;
-			}
-			fold_rounds[p] += folds;
-			wanted += want[p] != WANT_NOTHING || again[p];
-			anew += again[p] && want[p] == WANT_NOTHING;
-		}
-		const size_t steps = wanted && round < rounds->limit ? enrich(draft, rounds->target, error, face_error, want, rounds->bounds.max, touched) : 0;
+		size_t anew, steps = 0;
+		const size_t wanted = plan_round(&plan, &anew, layouts, error, &state, rounds);
+		if (wanted && round < rounds->limit)
+			steps = enrich(draft, rounds->target, error, face_error, plan.want, rounds->bounds.max, plan.touched);
 		free(face_error);
 		if (round == rounds->limit || steps + anew == 0)
 			break;
-		/* Plane faces are cheap to find anew, and a fold means that the old ones were wrong. */
+		/* Plane faces are cheap to find anew. */
 		for (size_t p = 0; p < patches; p++)
-			again[p] |= touched[p] && is_plane(dense, p);
+			plan.again[p] |= plan.touched[p] && is_plane(dense, p);
 		rounds->say("%zu patches out of bounds or folded, %zu refinements, %zu laid out with more detail", wanted, steps, anew);
 	}
-	free(want), free(touched), free(again), free(fold_rounds);
+	if (good) {
+		draft_free(draft);
+		*draft = best;
+		good = joint_measure(error, NULL, patches, draft, rounds->target, fault);
+	} else {
+		draft_free(&best);
+	}
+	free(plan.want), free(plan.again), free(plan.touched), free(plan.fold_rounds), free(plan.last_max);
 	return good;
 }
 
