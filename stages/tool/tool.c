@@ -179,16 +179,16 @@ struct common_values {
 	const char *output;
 };
 
-/* letter 0: by name[0..length), else by letter. The tool's own table goes first. */
+/* letter 0: by name[0..length), else by letter. The tool's own table goes first. shown: for the message when there is none. */
 static const struct tool_option *find_option(const struct tool_option *own, const struct tool_option *common, const char *name,
-                                             size_t length, char letter)
+                                             size_t length, char letter, const char *shown)
 {
 	const struct tool_option *const tables[2] = {own, common};
 	for (int t = 0; t < 2; t++)
 		for (const struct tool_option *o = tables[t]; o && o->name; o++)
 			if (letter ? o->letter == letter : strlen(o->name) == length && memcmp(o->name, name, length) == 0)
 				return o;
-	return NULL;
+	wrong_usage("unknown option", shown);
 }
 
 static const char *next_argument(const struct tool_option *option, int argc, char **argv, int *at)
@@ -203,9 +203,7 @@ static void take_long(const struct tool_option *own, const struct tool_option *c
 	const char *name = argv[*at] + 2;
 	const char *equals = strchr(name, '=');
 	const size_t length = equals ? (size_t)(equals - name) : strlen(name);
-	const struct tool_option *option = find_option(own, common, name, length, 0);
-	if (!option)
-		wrong_usage("unknown option", argv[*at]);
+	const struct tool_option *option = find_option(own, common, name, length, 0, argv[*at]);
 	if (option->kind == TOOL_FLAG && equals)
 		tool_die(EX_BAD_USAGE, "option --%s takes no value", option->name);
 	if (option->kind == TOOL_FLAG)
@@ -218,9 +216,8 @@ static void take_long(const struct tool_option *own, const struct tool_option *c
 static void take_letters(const struct tool_option *own, const struct tool_option *common, int argc, char **argv, int *at)
 {
 	for (const char *letter = argv[*at] + 1; *letter; letter++) {
-		const struct tool_option *option = find_option(own, common, NULL, 0, *letter);
-		if (!option)
-			wrong_usage("unknown option", (char[]){'-', *letter, 0});
+		const char shown[3] = {'-', *letter, 0};
+		const struct tool_option *option = find_option(own, common, NULL, 0, *letter, shown);
 		if (option->kind == TOOL_FLAG) {
 			take_value(option, NULL);
 			continue;
