@@ -6,6 +6,11 @@
 #include "stages/geometry/repair_internal.h"
 #include "stages/geometry/vector.h"
 
+/* Rays to find out whether one component is inside of another, and how near to the rim of a triangle (in barycentric
+ * coordinates), or its plane to the start (in lengths of the ray), a hit may be to count. */
+#define RAY_LIMIT 12
+#define RAY_MARGIN 1e-9
+
 /* Turn triangle t over: corners a, b, c become a, c, b; its edges keep their pairs. */
 static void turn(struct soup *soup, size_t t)
 {
@@ -77,7 +82,8 @@ struct component {
 	idx_t outermost[3];     /* the vertex furthest along each axis */
 	bool is_closed;
 	bool was_mixed;         /* had triangles of both orientations */
-	unsigned char odd[3];   /* by each of three rays: inside an odd number of others */
+	size_t first, count;    /* its triangles in a list by component */
+	bool is_void;           /* inside of an odd number of others */
 };
 
 static struct component *measure(const struct soup *soup, const idx_t *component_of, size_t component_count)
@@ -118,93 +124,131 @@ struct ray_query {
 	const idx_t *component_of;
 	const struct component *component;
 	const size_t *triangle;         /* of each item of the tree */
-	const double *from, *to;
+	double from[3], to[3];
 	size_t self;
-	bool inside_box, is_odd;
+	bool is_boxed;                  /* some other box has all of this component in it */
+	bool is_odd, is_doubtful;
 };
+
+/* What is inside of another component has its box inside of the other's box. */
+static bool may_contain(const struct ray_query *query, size_t other)
+{
+	const struct component *in = &query->component[query->self], *out = &query->component[other];
+	bool inside = other != query->self && out->is_closed;
+	for (int i = 0; i < 3; i++)
+		inside = inside && in->low[i] >= out->low[i] && in->high[i] <= out->high[i];
+	return inside;
+}
 
 static void visit_box(void *user, size_t item)
 {
 	struct ray_query *const query = user;
-	const struct component *c = &query->component[item];
-	if (item == query->self || !c->is_closed)
-		return;
-	for (int i = 0; i < 3; i++)
-		if (query->from[i] < c->low[i] || query->from[i] > c->high[i])
-			return;
-	query->inside_box = true;
+	query->is_boxed = query->is_boxed || may_contain(query, item);
 }
 
 /* Moeller and Trumbore 1997. */
-static bool ray_hits(const double from[3], const double to[3], const double a[3], const double b[3], const double c[3])
+static bool ray_hits(struct ray_query *query, const double a[3], const double b[3], const double c[3])
 {
 	double along[3], ab[3], ac[3], to_a[3], p[3], q[3];
-	sub3(along, to, from);
+	sub3(along, query->to, query->from);
 	sub3(ab, b, a);
 	sub3(ac, c, a);
 	cross3(p, along, ac);
 	const double det = dot3(ab, p);
 	if (det == 0)
 		return false;
-	sub3(to_a, from, a);
+	sub3(to_a, query->from, a);
 	const double u = dot3(to_a, p) / det;
 	cross3(q, to_a, ab);
-	const double v = dot3(along, q) / det, t = dot3(ac, q) / det;
-	return u >= 0 && v >= 0 && u + v <= 1 && t > 0 && t < 1;
+	const double v = dot3(along, q) / det, t = dot3(ac, q) / det, least = fmin(t, fmin(fmin(u, v), 1 - u - v));
+	if (fabs(least) < RAY_MARGIN)
+		query->is_doubtful = true;
+	return least > 0;
 }
 
 static void visit_triangle(void *user, size_t item)
 {
 	struct ray_query *const query = user;
 	const size_t t = query->triangle[item];
-	if ((size_t)query->component_of[t] == query->self)
+	if (!may_contain(query, (size_t)query->component_of[t]))
 		return;
 	const double *corner[3];
 	for (size_t k = 0; k < 3; k++)
 		corner[k] = query->soup->xyz + 3 * (size_t)query->soup->triangle[3 * t + k];
-	query->is_odd ^= ray_hits(query->from, query->to, corner[0], corner[1], corner[2]);
+	query->is_odd ^= ray_hits(query, corner[0], corner[1], corner[2]);
 }
 
-/* Which closed components lie inside an odd number of other closed ones: rays from the outermost vertices along
- * skew directions, two of three decide (a vertex may lie on another surface, a ray may graze an edge). */
-static void find_depths(struct component *component, const struct soup *soup, const idx_t *component_of, size_t component_count)
+/* Is the component inside of an odd number of others? Rays from its outermost vertices, then from the middles of triangles,
+ * until two agree. A ray that grazes an edge, or starts on another surface (bodies may touch), does not count. */
+static bool find_void(struct ray_query *query, const struct box_tree *tree, const size_t *by_component)
 {
-	double *box = mem_array(6 * component_count, sizeof *box);
-	for (size_t c = 0; c < component_count; c++) {
-		copy3(box + 6 * c, component[c].low);
-		copy3(box + 6 * c + 3, component[c].high);
+	/* No direction that a part would have. */
+	static const double skew[3][3] = {{1, 0.0713, 0.0391}, {0.0437, 1, 0.0677}, {0.0811, 0.0353, 1}};
+	const struct component *c = &query->component[query->self];
+	const struct soup *soup = query->soup;
+	int votes[2] = {0, 0};
+	for (size_t r = 0; r < RAY_LIMIT; r++) {
+		if (r < 3) {
+			copy3(query->from, soup->xyz + 3 * (size_t)c->outermost[r]);
+		} else {
+			const idx_t *corner = soup->triangle + 3 * by_component[c->first + (r - 3) * c->count / (RAY_LIMIT - 3)];
+			for (size_t i = 0; i < 3; i++)
+				query->from[i] = (soup->xyz[3 * (size_t)corner[0] + i] + soup->xyz[3 * (size_t)corner[1] + i] + soup->xyz[3 * (size_t)corner[2] + i]) / 3;
+		}
+		copy3(query->to, query->from);
+		add_scaled3(query->to, 3 * soup->side, skew[r % 3]);
+		query->is_odd = query->is_doubtful = false;
+		box_tree_segment(tree, query->from, query->to, 0, visit_triangle, query);
+		if (!query->is_doubtful && ++votes[query->is_odd] == 2)
+			return query->is_odd;
 	}
-	struct box_tree around = box_tree_new(box, component_count);
-	size_t *triangle = mem_array(soup->triangle_count, sizeof *triangle), closed = 0;
-	for (size_t t = 0; t < soup->triangle_count; t++)
-		if (component[component_of[t]].is_closed)
-			triangle[closed++] = t;
-	free(box);
-	box = mem_array(6 * closed, sizeof *box);
-	for (size_t k = 0; k < closed; k++)
+	return votes[1] > votes[0];
+}
+
+static struct box_tree triangle_tree(const struct soup *soup, const size_t *triangle, size_t count)
+{
+	double *box = mem_array(6 * count, sizeof *box);
+	for (size_t k = 0; k < count; k++)
 		for (size_t i = 0; i < 3; i++) {
 			const idx_t *corner = soup->triangle + 3 * triangle[k];
 			const double a = soup->xyz[3 * (size_t)corner[0] + i], b = soup->xyz[3 * (size_t)corner[1] + i], c = soup->xyz[3 * (size_t)corner[2] + i];
 			box[6 * k + i] = fmin(a, fmin(b, c));
 			box[6 * k + 3 + i] = fmax(a, fmax(b, c));
 		}
-	struct box_tree tree = box_tree_new(box, closed);
+	struct box_tree tree = box_tree_new(box, count);
 	free(box);
-	/* No direction that a part would have. */
-	static const double skew[3][3] = {{1, 0.0713, 0.0391}, {0.0437, 1, 0.0677}, {0.0811, 0.0353, 1}};
-	for (size_t c = 0; c < component_count; c++)
-		for (int r = 0; r < 3 && component[c].is_closed; r++) {
-			double to[3];
-			struct ray_query query = {.soup = soup, .component_of = component_of, .component = component, .triangle = triangle, .to = to, .self = c};
-			query.from = soup->xyz + 3 * (size_t)component[c].outermost[r];
-			box_tree_segment(&around, query.from, query.from, 0, visit_box, &query);
-			if (!query.inside_box)
-				continue;
-			copy3(to, query.from);
-			add_scaled3(to, 3 * soup->side, skew[r]);
-			box_tree_segment(&tree, query.from, to, 0, visit_triangle, &query);
-			component[c].odd[r] = query.is_odd;
-		}
+	return tree;
+}
+
+/* Fills is_void of the closed components. */
+static void find_voids(struct component *component, const struct soup *soup, const idx_t *component_of, size_t component_count)
+{
+	double *box = mem_array(6 * component_count, sizeof *box);
+	size_t *triangle = mem_array(soup->triangle_count, sizeof *triangle), closed = 0;
+	for (size_t t = 0; t < soup->triangle_count; t++)
+		component[component_of[t]].count++;
+	for (size_t c = 0; c < component_count; c++) {
+		copy3(box + 6 * c, component[c].low);
+		copy3(box + 6 * c + 3, component[c].high);
+		component[c].first = closed;
+		if (component[c].is_closed)
+			closed += component[c].count;
+		component[c].count = 0;
+	}
+	for (size_t t = 0; t < soup->triangle_count; t++) {
+		struct component *const c = &component[component_of[t]];
+		if (c->is_closed)
+			triangle[c->first + c->count++] = t;
+	}
+	struct box_tree around = box_tree_new(box, component_count), tree = triangle_tree(soup, triangle, closed);
+	free(box);
+	for (size_t c = 0; c < component_count; c++) {
+		struct ray_query query = {.soup = soup, .component_of = component_of, .component = component, .triangle = triangle, .self = c};
+		const double *at = soup->xyz + 3 * (size_t)component[c].outermost[0];
+		if (component[c].is_closed)
+			box_tree_segment(&around, at, at, 0, visit_box, &query);
+		component[c].is_void = query.is_boxed && find_void(&query, &tree, triangle);
+	}
 	box_tree_free(&tree);
 	box_tree_free(&around);
 	free(triangle);
@@ -218,13 +262,12 @@ void soup_turn_outward(struct soup *soup, const unsigned char *turned, size_t tu
 	idx_t *component_of = soup_components(soup, &component_count);
 	struct component *component = measure(soup, component_of, component_count);
 	if (component_count > 1)
-		find_depths(component, soup, component_of, component_count);
+		find_voids(component, soup, component_of, component_count);
 	for (size_t t = 0; t < soup->triangle_count; t++) /* cuts have added triangles at the end */
 		component[component_of[t]].was_mixed |= t < turned_count && turned[t];
 	unsigned char *to_turn = mem_array(component_count, 1);
 	for (size_t c = 0; c < component_count; c++) {
-		const bool is_void = component[c].odd[0] + component[c].odd[1] + component[c].odd[2] >= 2;
-		to_turn[c] = component[c].is_closed && (is_void ? component[c].was_mixed && component[c].volume > 0 : component[c].volume < 0);
+		to_turn[c] = component[c].is_closed && (component[c].is_void ? component[c].was_mixed && component[c].volume > 0 : component[c].volume < 0);
 		soup->report->count[REPAIR_COMPONENT_TURNED] += to_turn[c];
 	}
 	for (size_t t = 0; t < soup->triangle_count; t++)

@@ -636,6 +636,57 @@ static void repair_is_idempotent(void **state)
 	done(&copy, &again);
 }
 
+/* What is wrong with a mesh does not depend on its size, its place, or the order of its faces. */
+static void size_and_order_do_not_matter(void **state)
+{
+	(void)state;
+	struct repair_report reference;
+	for (int trial = 0; trial < 8; trial++) {
+		struct mesh mesh = new_mesh();
+		uint32_t seed = (uint32_t)trial;
+		add_cube(&mesh, 0, 0, 0, 4);
+		add_cube(&mesh, 4, 4, 0, 1);           /* shares a corner's edge with the first */
+		add_cube(&mesh, 1, 1, 1, 1);           /* inside of it */
+		add_cube(&mesh, 8, 8, 8, 1);
+		mesh.corner[3 * 40] = mesh.corner[3 * 40 + 1]; /* a hole in the last one */
+		swap(&mesh.corner[3 * 5], &mesh.corner[3 * 5 + 1]);
+		const idx_t middle = add_vertex(&mesh, 2, 0, 0);
+		add_triangle(&mesh, 0, middle, add_vertex(&mesh, 1, -3, -3));
+		for (size_t f = mesh.face_count; f-- > 1 && trial > 0;) { /* shuffle */
+			const size_t g = (next_random(&seed) >> 8) % (f + 1);
+			for (size_t k = 0; k < 3; k++)
+				swap(&mesh.corner[3 * f + k], &mesh.corner[3 * g + k]);
+		}
+		const double scale = trial % 4 == 1 ? 0x1p-60 : trial % 4 == 2 ? 0x1p60 : 1, shift = trial % 4 == 3 ? 1024 : 0;
+		for (size_t i = 0; i < 3 * mesh.vertex_count; i++)
+			mesh.xyz[i] = mesh.xyz[i] * scale + shift;
+		struct repair_report report = repaired(&mesh);
+		double volume = 0, wanted = 0;
+		long genus = 0, euler = 0, wanted_euler = 0;
+		for (size_t i = 0; i < report.component_count; i++) {
+			volume += report.component[i].border_loops ? 0 : report.component[i].volume;
+			genus += report.component[i].genus;
+			euler += report.component[i].euler;
+		}
+		if (trial == 0)
+			reference = report;
+		for (size_t i = 0; i < reference.component_count; i++) {
+			wanted += reference.component[i].border_loops ? 0 : reference.component[i].volume;
+			wanted_euler += reference.component[i].euler;
+		}
+		assert_memory_equal(report.count, reference.count, sizeof report.count);
+		assert_int_equal(report.component_count, 5);
+		assert_int_equal(report.component_count, reference.component_count);
+		assert_int_equal(genus, 0);
+		assert_int_equal(euler, wanted_euler);
+		assert_near(volume, wanted * scale * scale * scale, 1e-9 * scale * scale * scale);
+		mesh_free(&mesh);
+		if (trial > 0)
+			repair_report_free(&report);
+	}
+	repair_report_free(&reference);
+}
+
 /* 100 000 triangles in about a second, and no square of anything: a bumpy grid as STL, every face at random. */
 static void large_mesh_is_fast(void **state)
 {
@@ -747,6 +798,7 @@ int main(void)
 		cmocka_unit_test(nothing_left),
 		cmocka_unit_test(random_soups),
 		cmocka_unit_test(repair_is_idempotent),
+		cmocka_unit_test(size_and_order_do_not_matter),
 		cmocka_unit_test(large_mesh_is_fast),
 		cmocka_unit_test(box_tree_misses_nothing),
 	};
