@@ -19,6 +19,7 @@
 #define FACET_LIMIT 64                   /* triangles of one facet that a step may visit */
 #define JOIN_RAD (30 / DEGREES)          /* edges that turn less at a vertex are one chain */
 #define SPOKE_LIMIT 16                   /* edges over the angle at one vertex; where there are more, none goes on */
+#define EXTENDED_LEAST 3                 /* edges of a chain that may be extended: on rough meshes pairs are chance */
 #define TURN_LIMIT_RAD (45 / DEGREES)    /* an extension that turns more is another edge */
 
 struct walk {
@@ -262,6 +263,28 @@ static idx_t extension(struct walk *walk, const unsigned char *kind, const unsig
 	return best;
 }
 
+/* True when the chain that ends with h is no chance: it is EXTENDED_LEAST edges long, or leads to a junction, a border or round
+ * in a circle. */
+static bool is_chain(const unsigned char *kind, const idx_t *degree, const struct half *half, idx_t h)
+{
+	for (int count = 1; count < EXTENDED_LEAST; count++) {
+		const idx_t v = half->origin[h];
+		if (degree[v] != 2)
+			return degree[v] > 2;
+		/* the other feature at v; interior, because a border would raise the degree */
+		idx_t g = h, back = NO_INDEX;
+		do {
+			if (g != h && kind[g])
+				back = g;
+			g = half->twin[half->previous[g]];
+		} while (g != NO_INDEX && g != h);
+		if (g == NO_INDEX || back == NO_INDEX)
+			return true;
+		h = half->twin[back];
+	}
+	return true;
+}
+
 void sharp_edges(unsigned char *kind, struct sharp_counts *counts, const double *xyz, const double *bend, const struct half *half,
                  const struct sharp_options *options)
 {
@@ -306,7 +329,7 @@ void sharp_edges(unsigned char *kind, struct sharp_counts *counts, const double 
 	for (size_t i = 0; i < half->half_count; i++) {
 		idx_t h = (idx_t)i;
 		/* every step marks one more edge: the loop ends */
-		while (kind[h] == EDGE_SHARP && degree[half->origin[half->next[h]]] == 1) {
+		while (kind[h] == EDGE_SHARP && degree[half->origin[half->next[h]]] == 1 && is_chain(kind, degree, half, h)) {
 			const idx_t g = extension(&walk, kind, regular, h, least_rad);
 			if (g == NO_INDEX)
 				break;
