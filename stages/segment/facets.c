@@ -89,6 +89,21 @@ static void measure(struct facets *f)
 	}
 }
 
+/* By angle, so that the diagonals of a grid do not turn the normal. */
+static void average_normals(struct facets *f, size_t wedge_count)
+{
+	f->wedge_normal = mem_array(3 * wedge_count, sizeof *f->wedge_normal);
+	for (size_t c = 0; c < 3 * f->triangle_count; c++) {
+		const size_t t = c / 3;
+		double u[3], v[3];
+		sub3(u, f->xyz + 3 * f->triangle[3 * t + (c - 3 * t + 1) % 3], f->xyz + 3 * f->triangle[c]);
+		sub3(v, f->xyz + 3 * f->triangle[3 * t + (c - 3 * t + 2) % 3], f->xyz + 3 * f->triangle[c]);
+		add_scaled3(f->wedge_normal + 3 * f->wedge[c], angle3(u, v), f->normal + 3 * t);
+	}
+	for (size_t w = 0; w < wedge_count; w++)
+		normalise3(f->wedge_normal + 3 * w);
+}
+
 static void find_smooth_parts(struct facets *f)
 {
 	idx_t *queue = mem_array(f->triangle_count, sizeof *queue);
@@ -119,7 +134,7 @@ void facets_build(struct facets *f, const struct dense *dense)
 {
 	const size_t n = dense->triangle_count;
 	double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
-	*f = (struct facets){.vertex_count = dense->vertex_count, .triangle_count = n, .triangle = dense->triangle};
+	*f = (struct facets){.vertex_count = dense->vertex_count, .triangle_count = n, .triangle = dense->triangle, .wedge = dense->triangle_wedge};
 	for (size_t v = 0; v < dense->vertex_count; v++)
 		for (int k = 0; k < 3; k++) {
 			low[k] = fmin(low[k], dense->xyz[3 * v + k]);
@@ -146,6 +161,7 @@ void facets_build(struct facets *f, const struct dense *dense)
 	f->smooth_part = mem_array(n, sizeof *f->smooth_part);
 	connect(f, dense);
 	measure(f);
+	average_normals(f, dense->wedge_count);
 	find_smooth_parts(f);
 }
 
@@ -159,6 +175,7 @@ void facets_free(struct facets *f)
 	free(f->length);
 	free(f->normal);
 	free(f->centroid);
+	free(f->wedge_normal);
 	free(f->area);
 	free(f->height);
 	free(f->smooth_part);

@@ -20,6 +20,8 @@ struct facets {
 	double *length;          /* of half-edge h */
 	double *normal;          /* 3 a triangle, unit; 0 for triangles without area */
 	double *centroid;        /* 3 a triangle */
+	const idx_t *wedge;      /* 3 a triangle: the wedge at each corner; belongs to the dense mesh */
+	double *wedge_normal;    /* 3 a wedge, unit: mean of its triangles by angle */
 	double *area, *height;   /* a triangle; height over its longest edge */
 	double total_area;
 	idx_t *smooth_part;      /* connected set of triangles over edges that are not sharp */

@@ -11,6 +11,7 @@
 #include "stages/segment/primitive_grow.h"
 
 #define FIT_POINTS_MOST 250 /* more points hardly change a fit of 7 parameters */
+#define FEW_TRIANGLES 16
 #define FLAT_LOOKS 32
 #define REFINE_MOST 6
 #define TURN_MOST 0.95      /* chord of 57 degrees: coarser facets than hexagonal are not taken for round */
@@ -192,25 +193,42 @@ static size_t gather_points(struct grower *g, const idx_t *part, size_t count)
 	return points;
 }
 
-bool grow_hypothesis(struct grower *g, struct dense_patch *patch, enum patch_kind kind, const idx_t *part, size_t count, double most)
+/* Surface elements for a guess. Of facets: exact for strips of flat facets, but the diagonals of twisted quadrangles turn the
+ * normals of their halves. Of vertices, with the normals of their wedges: right inside a smooth surface, one-sided on sharp edges. */
+static size_t gather_elements(struct grower *g, const idx_t *part, size_t count, bool of_vertices)
 {
 	const struct facets *f = g->facets;
 	const size_t stride = count / FIT_POINTS_MOST + 1;
+	const uint32_t tick = next_tick(g);
 	size_t elements = 0;
-	double largest;
 	for (size_t i = 0; i < count && elements < FIT_POINTS_MOST; i += stride) {
 		const idx_t t = part[i];
-		if (!(f->area[t] > 0))
-			continue;
-		copy3(g->elements + 3 * elements, f->centroid + 3 * t);
-		copy3(g->normals + 3 * elements, f->normal + 3 * t);
-		g->weights[elements++] = f->area[t];
+		if (!of_vertices && f->area[t] > 0) {
+			copy3(g->elements + 3 * elements, f->centroid + 3 * t);
+			copy3(g->normals + 3 * elements, f->normal + 3 * t);
+			g->weights[elements++] = f->area[t];
+		}
+		for (int k = 0; of_vertices && k < 3; k++) {
+			const idx_t v = f->triangle[3 * t + k];
+			if (g->vertex_stamp[v] == tick)
+				continue;
+			g->vertex_stamp[v] = tick;
+			copy3(g->elements + 3 * elements, f->xyz + 3 * v);
+			copy3(g->normals + 3 * elements, f->wedge_normal + 3 * f->wedge[3 * t + k]);
+			g->weights[elements++] = 1;
+		}
 	}
+	return elements;
+}
+
+static bool guess_and_fit(struct grower *g, struct dense_patch *patch, enum patch_kind kind, const idx_t *part, size_t count, double most, bool of_vertices)
+{
+	double largest, before = INFINITY;
+	const size_t elements = gather_elements(g, part, count, of_vertices);
 	if (!primitive_guess(patch, kind, g->elements, g->normals, g->weights, elements))
 		return false;
 	const size_t points = gather_points(g, part, count);
 	/* most guesses are bad: some steps tell whether it will converge */
-	double before = INFINITY;
 	for (int pass = 0; pass < 5; pass++) {
 		if (!primitive_fit(patch, g->points, NULL, points, 4))
 			return false;
@@ -222,6 +240,14 @@ bool grow_hypothesis(struct grower *g, struct dense_patch *patch, enum patch_kin
 		before = largest;
 	}
 	return false;
+}
+
+bool grow_hypothesis(struct grower *g, struct dense_patch *patch, enum patch_kind kind, const idx_t *part, size_t count, double most)
+{
+	const bool is_torus = kind == PATCH_TORUS;
+	if (guess_and_fit(g, patch, kind, part, count, most, is_torus))
+		return true;
+	return is_torus && count <= FEW_TRIANGLES && guess_and_fit(g, patch, kind, part, count, most, false);
 }
 
 bool grow_fit(struct grower *g, struct dense_patch *patch, const idx_t *part, size_t count)

@@ -14,7 +14,7 @@
 #define ABSORB_PASSES 12
 #define IDENTIFY_ANGLE 0.05 /* radians */
 #define STRIP_AREA_MOST 10.0 /* least areas */
-#define UNITE_PASSES 6
+#define UNITE_PASSES 50
 #define UNEXPLAINED_MOST 0.005
 #define SPECK_TRIANGLES_MOST 12
 
