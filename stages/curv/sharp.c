@@ -320,7 +320,7 @@ void sharp_edges(unsigned char *kind, struct sharp_counts *counts, const double 
 	}
 	for (size_t i = 0; i < half->half_count; i++) {
 		const idx_t h = (idx_t)i;
-		if (kind[h] == EDGE_SHARP && h < half->twin[h] && degree[half->origin[h]] == 1 && degree[half->origin[half->next[h]]] == 1) {
+		if (h < half->twin[h] && kind[h] == EDGE_SHARP && degree[half->origin[h]] == 1 && degree[half->origin[half->next[h]]] == 1) {
 			mark(kind, half, h, 0);
 			degree[half->origin[h]] = degree[half->origin[half->next[h]]] = 0;
 			c.lonely++;

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "stages/geometry/vector.h"
+#include "stages/rectify/minheap.h"
 
 #define INFORMED 0.2        /* sum of anisotropies below which directions tell nothing */
 #define UNDEFINED_SCORE (PI / 4)
@@ -173,54 +174,6 @@ static void judge(struct tracker *t, bool is_first_pass, struct contourtrack_cou
 	free(is_held);
 }
 
-struct entry {
-	double key;
-	idx_t vertex;
-};
-
-static bool is_before(struct entry a, struct entry b)
-{
-	return a.key < b.key || (a.key == b.key && a.vertex < b.vertex);
-}
-
-/* A binary heap that grows. */
-struct heap {
-	struct entry *entry;
-	size_t count, room;
-};
-
-static void push(struct heap *heap, struct entry e)
-{
-	if (heap->count == heap->room) {
-		heap->room = 2 * heap->room + 64;
-		heap->entry = mem_resize(heap->entry, heap->room, sizeof *heap->entry);
-	}
-	size_t i = heap->count++;
-	for (; i > 0 && is_before(e, heap->entry[(i - 1) / 2]); i = (i - 1) / 2)
-		heap->entry[i] = heap->entry[(i - 1) / 2];
-	heap->entry[i] = e;
-}
-
-static struct entry pop(struct heap *heap)
-{
-	const struct entry top = heap->entry[0], last = heap->entry[--heap->count];
-	size_t i = 0;
-	for (;;) {
-		size_t child = 2 * i + 1;
-		if (child >= heap->count)
-			break;
-		if (child + 1 < heap->count && is_before(heap->entry[child + 1], heap->entry[child]))
-			child++;
-		if (!is_before(heap->entry[child], last))
-			break;
-		heap->entry[i] = heap->entry[child];
-		i = child;
-	}
-	if (heap->count > 0)
-		heap->entry[i] = last;
-	return top;
-}
-
 /* Labels of the triangles around a vertex. */
 static int labels_around(idx_t label[REGIONS_MOST], const struct partition *p, idx_t v)
 {
@@ -274,7 +227,7 @@ static double step_cost(const struct tracker *t, idx_t h, idx_t from)
 	return p->length[h] * (1 + SCORE_COST * score * score + TURN_COST * turn * turn - (was_border ? BORDER_GAIN : 0));
 }
 
-static void relax(struct tracker *t, struct heap *heap, idx_t h, idx_t from, const idx_t *label, int label_count)
+static void relax(struct tracker *t, struct minheap *heap, idx_t h, idx_t from, const idx_t *label, int label_count)
 {
 	const struct half *half = &t->p->half;
 	if (!is_allowed(t->p, h, label, label_count))
@@ -289,7 +242,7 @@ static void relax(struct tracker *t, struct heap *heap, idx_t h, idx_t from, con
 	t->done[to] = 0;
 	t->cost[to] = cost;
 	t->arrived[to] = h;
-	push(heap, (struct entry){cost, to});
+	minheap_push(heap, cost, to);
 }
 
 /* Cheapest path from an open end to another chain of correct edges or another open end. Marks it TRACKED; false when there is
@@ -298,8 +251,8 @@ static bool track_from(struct tracker *t, idx_t start)
 {
 	const struct partition *p = t->p;
 	const struct half *half = &p->half;
-	struct heap heap = {0};
-	idx_t label[REGIONS_MOST], found = NO_INDEX;
+	struct minheap heap = {0};
+	idx_t label[REGIONS_MOST] = {0}, found = NO_INDEX;
 	const int label_count = labels_around(label, p, start);
 	const double reach = REACH * t->gap_length[root_of(t->gap, start)];
 	const idx_t own = root_of(t->chain, start);
@@ -308,9 +261,9 @@ static bool track_from(struct tracker *t, idx_t start)
 	t->done[start] = 0;
 	t->cost[start] = 0;
 	t->arrived[start] = NO_INDEX;
-	push(&heap, (struct entry){0, start});
+	minheap_push(&heap, 0, start);
 	while (heap.count > 0) {
-		const struct entry e = pop(&heap);
+		const struct minheap_entry e = minheap_pop(&heap);
 		const idx_t v = e.vertex;
 		if (t->done[v] || e.key > t->cost[v])
 			continue;

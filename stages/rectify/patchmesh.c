@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "stages/geometry/vector.h"
+#include "stages/rectify/minheap.h"
 
 void patchmesh_cut_out(struct patchmesh *part, const struct half *half, const double *xyz, const idx_t *list, size_t triangle_count, idx_t *local)
 {
@@ -64,73 +65,34 @@ void patchmesh_free(struct patchmesh *part)
 	*part = (struct patchmesh){0};
 }
 
-struct entry {
-	double key;
-	idx_t vertex;
-};
-
-static bool is_before(const struct entry *a, const struct entry *b)
-{
-	return a->key < b->key || (a->key == b->key && a->vertex < b->vertex);
-}
-
-static void heap_push(struct entry *heap, size_t *count, struct entry e)
-{
-	size_t i = (*count)++;
-	for (; i > 0 && is_before(&e, &heap[(i - 1) / 2]); i = (i - 1) / 2)
-		heap[i] = heap[(i - 1) / 2];
-	heap[i] = e;
-}
-
-static struct entry heap_pop(struct entry *heap, size_t *count)
-{
-	const struct entry top = heap[0], last = heap[--*count];
-	size_t i = 0;
-	for (;;) {
-		size_t child = 2 * i + 1;
-		if (child >= *count)
-			break;
-		if (child + 1 < *count && is_before(&heap[child + 1], &heap[child]))
-			child++;
-		if (!is_before(&heap[child], &last))
-			break;
-		heap[i] = heap[child];
-		i = child;
-	}
-	heap[i] = last;
-	return top;
-}
-
 void patchmesh_distances(double *distance, const struct patchmesh *part, const idx_t *source, size_t source_count)
 {
 	const struct half *half = &part->half;
-	/* every half-edge is relaxed once in each direction at most */
-	struct entry *heap = mem_array(2 * half->half_count + source_count + 1, sizeof *heap);
-	size_t count = 0;
+	struct minheap heap = {0};
 	for (size_t v = 0; v < half->vertex_count; v++)
 		distance[v] = INFINITY;
 	for (size_t i = 0; i < source_count; i++) {
 		distance[source[i]] = 0;
-		heap_push(heap, &count, (struct entry){0, source[i]});
+		minheap_push(&heap, 0, source[i]);
 	}
-	while (count > 0) {
-		const struct entry e = heap_pop(heap, &count);
+	while (heap.count > 0) {
+		const struct minheap_entry e = minheap_pop(&heap);
 		if (e.key > distance[e.vertex])
 			continue;
 		idx_t h = half->outgoing[e.vertex];
 		const idx_t start = h;
 		/* all spokes: the half-edges that leave, and the last one that arrives */
 		do {
-			idx_t end[2] = {half->origin[half->next[h]], half->origin[half->previous[h]]};
+			const idx_t end[2] = {half->origin[half->next[h]], half->origin[half->previous[h]]};
 			for (int k = 0; k < 2; k++) {
 				const double d = e.key + distance3(part->xyz + 3 * e.vertex, part->xyz + 3 * end[k]);
 				if (d < distance[end[k]]) {
 					distance[end[k]] = d;
-					heap_push(heap, &count, (struct entry){d, end[k]});
+					minheap_push(&heap, d, end[k]);
 				}
 			}
 			h = half->twin[h] == NO_INDEX ? NO_INDEX : half->next[half->twin[h]];
 		} while (h != NO_INDEX && h != start);
 	}
-	free(heap);
+	free(heap.entry);
 }

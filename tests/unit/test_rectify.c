@@ -151,7 +151,7 @@ static void flipped_triangles_come_back(void **state)
 		size_t moved = 0;
 		for (size_t t = 0; t < n; t++)
 			moved += dense.label[t] != once[t];
-		assert_true(moved < 0.001 * (double)n);
+		assert_true((double)moved < 0.001 * (double)n);
 		free(once);
 		free(truth);
 		half_free(&half);
