@@ -50,7 +50,7 @@ static const uint32_t exp2_table[256] = {
 #define COUNT_LIMIT (255 * COUNT_ONE)
 #define LOGIT_LIMIT (12 * 256)
 #define PROBABILITY_LEAST 16 /* of RANGE_ONE: bounds the cost of a surprise, and the decisions that a byte can hold */
-#define LEARN_SHIFT 15
+#define LEARN_SHIFT 14
 
 /* log2(x) in 1/4096. */
 static int32_t log2_fine(uint64_t x)

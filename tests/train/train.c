@@ -21,7 +21,7 @@
 
 #define MADE_CAGES 900
 #define COUNT_CAP 20        /* observations that a context starts with at most */
-#define HISTOGRAM_CAP 24
+#define HISTOGRAM_CAP 16
 #define PASSES 4
 #define GIVEN_TIMES 4
 
