@@ -4,6 +4,7 @@
  * cagewright-network(5). */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "formats/dense.h"
 #include "formats/network.h"
@@ -66,6 +67,21 @@ static const char *length_text(char text[NUM_TEXT_SIZE + 1], struct tool_length 
 	return text;
 }
 
+/* What the cage's Euler characteristic must be; assemble(1) looks at it. */
+static void put_euler(struct ply *document, long euler)
+{
+	static const char key[] = "comment cagewright-euler ";
+	size_t kept = 0;
+	for (size_t c = 0; c < document->comment_count; c++) {
+		if (strncmp(document->comment[c], key, sizeof key - 1) == 0)
+			free(document->comment[c]);
+		else
+			document->comment[kept++] = document->comment[c];
+	}
+	document->comment_count = kept;
+	ply_comment(document, "cagewright-euler %ld", euler);
+}
+
 int main(int argc, char **argv)
 {
 	tool_init("fitcurves");
@@ -107,6 +123,7 @@ int main(int argc, char **argv)
 	ply_drop_element(&document, "wedge");
 	network_to_ply(&document, &network, "vertex");
 	border_options_to_ply(&document, border_options);
+	put_euler(&document, border.euler);
 	char tol[NUM_TEXT_SIZE + 1], mean[NUM_TEXT_SIZE + 1], corner[NUM_TEXT_SIZE], smooth[NUM_TEXT_SIZE];
 	num_print(corner, opt.corner_deg);
 	num_print(smooth, opt.smooth_deg);

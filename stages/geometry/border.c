@@ -74,6 +74,7 @@ struct boundary {
 	struct boundary_edge *edge;
 	size_t edge_count;
 	size_t dart_edge_count;
+	long euler;
 	size_t *start;     /* vertex_count + 1 offsets into incident */
 	idx_t *incident;   /* edges at each vertex, ascending */
 };
@@ -198,6 +199,14 @@ static bool find_boundary(struct boundary *out, const struct dense *dense, const
 		free(twin), free(mark);
 		return false;
 	}
+	bool *in_use = mem_array(dense->vertex_count, sizeof *in_use);
+	out->euler = (long)dense->triangle_count;
+	for (size_t h = 0; h < half_count; h++) {
+		out->euler -= twin[h] == NO_INDEX || (size_t)twin[h] > h;
+		out->euler += !in_use[dense->triangle[h]];
+		in_use[dense->triangle[h]] = true;
+	}
+	free(in_use);
 	size_t count = 0, room = 64;
 	struct boundary_edge *edge = mem_array(room, sizeof *edge);
 	for (size_t h = 0; h < half_count; h++) {
@@ -615,6 +624,7 @@ bool border_extract(struct border_network *network, const struct dense *dense, s
 	trace_chains(network, &boundary, dense, is_node);
 	name_nodes(network, dense, is_node, options.corner_deg);
 	network->dart_edge_count = boundary.dart_edge_count;
+	network->euler = boundary.euler;
 	boundary_free(&boundary);
 	free(is_node);
 	return true;

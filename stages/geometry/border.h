@@ -35,6 +35,7 @@ struct border_chain {
 };
 
 struct border_network {
+	long euler;               /* characteristic of the whole mesh: vertices in use - edges + triangles */
 	size_t node_count, chain_count, vertex_count;
 	idx_t *node;              /* mesh vertices, ascending */
 	unsigned char *node_kind; /* enum point_kind: POINT_CORNER where exactly two sharp or border chains meet in a kink

@@ -81,6 +81,7 @@ static void test_square(void **state)
 		assert_true(border_extract(&b, &d, BORDER_DEFAULTS, &fault));
 		assert_int_equal(b.node_count, 4);
 		assert_int_equal(b.chain_count, 4);
+		assert_int_equal(b.euler, 1);
 		for (size_t i = 0; i < 4; i++) {
 			assert_int_equal(b.node_kind[i], POINT_CORNER);
 			assert_int_equal(b.chain[i].kind, CURVE_BORDER);
@@ -191,6 +192,7 @@ static void test_cube(void **state)
 	assert_true(border_extract(&b, &d, BORDER_DEFAULTS, &fault));
 	assert_int_equal(b.node_count, 8);
 	assert_int_equal(b.chain_count, 12);
+	assert_int_equal(b.euler, 2);
 	for (size_t i = 0; i < 12; i++) {
 		assert_int_equal(b.chain[i].kind, CURVE_SHARP);
 		assert_int_equal(b.chain[i].count, 2);
