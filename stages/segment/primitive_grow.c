@@ -11,6 +11,7 @@
 #include "stages/segment/primitive_grow.h"
 
 #define FIT_POINTS_MOST 250 /* more points hardly change a fit of 7 parameters */
+#define TURN_PER_BEND_MOST 2.2
 #define FEW_TRIANGLES 16
 #define FLAT_LOOKS 32
 #define REFINE_MOST 6
@@ -136,7 +137,7 @@ double grow_region(struct grower *g, const struct dense_patch *patch, const idx_
 	g->region_count = 0;
 	g->region_area = 0;
 	g->flat_count = 0;
-	double squares = 0;
+	double squares = 0, bends = 0;
 	size_t tail = 0;
 	for (size_t i = 0; i < seed_count + tail; i++) {
 		/* seeds first, then what was found */
@@ -159,6 +160,10 @@ double grow_region(struct grower *g, const struct dense_patch *patch, const idx_
 				continue;
 			g->region[tail++] = to;
 			g->region_area += f->area[to];
+			double bend = 0;
+			for (int j = 0; j < 3; j++)
+				bend = fmax(bend, f->is_sharp[3 * to + j] ? 0 : fabs(f->bend[3 * to + j]));
+			bends += bend * bend * f->area[to];
 			squares += turn * turn * f->area[to];
 			record_turn(&record, flat, turn);
 			bool is_new = true;
@@ -171,6 +176,7 @@ double grow_region(struct grower *g, const struct dense_patch *patch, const idx_
 	g->region_count = tail;
 	g->turn = record.second;
 	g->mean_turn = g->region_area > 0 ? sqrt(squares / g->region_area) : 0;
+	g->mean_bend = g->region_area > 0 ? sqrt(bends / g->region_area) : 0;
 	return g->region_area;
 }
 
@@ -292,6 +298,8 @@ double grow_refine(struct grower *g, struct dense_patch *patch, const idx_t *see
 	}
 	if (patch->kind != PATCH_PLANE) {
 		const size_t points = gather_points(g, g->region, g->region_count);
+		if (g->mean_turn > TURN_PER_BEND_MOST * g->mean_bend + 0.02)
+			return 0;
 		if (g->flat_count < 3 || points < (size_t)primitive_parameter_count(patch->kind) + 2)
 			return 0;
 	}

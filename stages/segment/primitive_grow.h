@@ -18,6 +18,7 @@ struct grower {
 	double region_area;
 	double turn;             /* typical large turn of one facet: the second largest of its flats */
 	double mean_turn;        /* root mean square turn of the facets by area */
+	double mean_bend;        /* the same of the largest bend that each triangle has to a neighbour */
 	size_t flat_count;       /* distinct flats in it, counted up to a few */
 	size_t work;             /* triangles visited and points fitted so far: bounds the whole search */
 	/* private */
@@ -41,7 +42,8 @@ double grow_region(struct grower *grower, const struct dense_patch *patch, const
 bool grow_hypothesis(struct grower *grower, struct dense_patch *patch, enum patch_kind kind, const idx_t *part, size_t count, double most);
 
 /* Alternate growing from the seed and refitting until nothing is gained. Returns the area of the last region, 0 when it
- * is not worth a patch of that kind: too few facets to confirm the surface, or all facets in one plane. */
+ * is not worth a patch of that kind: too few facets to confirm the surface, all facets in one plane, or a surface that turns
+ * under the facets much more than the mesh bends between them (a torus through two circles of a cylinder). */
 double grow_refine(struct grower *grower, struct dense_patch *patch, const idx_t *seed, size_t seed_count);
 
 /* Fit patch (a good guess) to the vertices of count triangles; false leaves it. */

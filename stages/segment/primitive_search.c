@@ -168,8 +168,8 @@ static void try_group(struct search *s, idx_t flat, size_t first_kind, struct pr
 		p.mean_turn = s->grower.mean_turn;
 		if (is_better(&p, best))
 			*best = p;
-		/* nothing explains more than everything */
-		if (best->area > 0.98 * s->part_area[s->facets->smooth_part[seed[0]]])
+		/* nothing explains more than everything; but a sphere through two circles is not yet the simplest that does */
+		if (k >= 3 && best->area > 0.98 * s->part_area[s->facets->smooth_part[seed[0]]])
 			break;
 	}
 }
@@ -398,16 +398,15 @@ static void take_whole_parts(struct search *s)
 	for (size_t i = 0; i < f->smooth_part_count; i++) {
 		const idx_t *part = member + start[i];
 		const size_t count = start[i + 1] - start[i];
-		double area = 0;
 		size_t largest = 0;
 		if (s->regions->label[part[0]] != NO_INDEX)
 			continue;
 		for (size_t j = 0; j < count; j++) {
-			area += f->area[part[j]];
 			if (f->area[part[j]] > f->area[part[largest]])
 				largest = j;
 		}
 		struct proposal best = {.area = 0};
+		bool is_whole = false;
 		for (size_t k = 0; k < KINDS; k++) {
 			struct proposal p = {.flat = s->flats->of[part[largest]]};
 			if (!grow_hypothesis(&s->grower, &p.patch, simplest_first[k], part, count, s->options->distance))
@@ -416,12 +415,15 @@ static void take_whole_parts(struct search *s)
 			const idx_t *seed = flat_members(s, p.flat, &seeds);
 			p.area = grow_refine(&s->grower, &p.patch, seed, seeds);
 			p.mean_turn = s->grower.mean_turn;
-			if (p.area >= area * (1 - 1e-6) && s->grower.region_count == count && is_better(&p, &best))
-				best = p;
-			if (best.area > 0 && best.patch.kind == PATCH_PLANE)
+			if (!is_better(&p, &best))
+				continue;
+			best = p;
+			is_whole = s->grower.region_count == count;
+			if (is_whole && best.patch.kind == PATCH_PLANE)
 				break;
 		}
-		if (!(best.area > 0))
+		/* a better surface for nearly all goes before one for all: its rest will be absorbed */
+		if (!is_whole)
 			continue;
 		const idx_t label = regions_add(s->regions, &best.patch);
 		for (size_t j = 0; j < count; j++)

@@ -16,6 +16,7 @@
 #define STRIP_AREA_MOST 10.0 /* least areas */
 #define UNITE_PASSES 50
 #define UNEXPLAINED_MOST 0.005
+#define TURN_GROWTH_MOST 2.0 /* of the squared turn */
 #define SPECK_TRIANGLES_MOST 12
 
 void tidy_free_regions(struct regions *r)
@@ -381,6 +382,22 @@ static bool fit_union(struct grower *g, struct dense_patch *out, const struct de
 	return false;
 }
 
+/* Sum of squared turns under the triangles, times their areas; widest and area are raised by what there is. */
+static double square_turn(const struct grower *g, const struct dense_patch *patch, const idx_t *part, size_t count, double *widest, double *area)
+{
+	double sum = 0, turn = 0;
+	for (size_t i = 0; i < count; i++) {
+		if (area)
+			*area += g->facets->area[part[i]];
+		if (patch->kind == PATCH_PLANE || !grow_explains(g, patch, part[i], 2, &turn))
+			continue;
+		sum += g->facets->area[part[i]] * turn * turn;
+		if (widest)
+			*widest = fmax(*widest, turn);
+	}
+	return sum;
+}
+
 size_t tidy_unite(struct regions *r, const struct flats *flats, const struct tidy_options *o)
 {
 	const struct facets *f = r->facets;
@@ -424,14 +441,13 @@ size_t tidy_unite(struct regions *r, const struct flats *flats, const struct tid
 				continue;
 			memcpy(part, member + start[a], na * sizeof *part);
 			memcpy(part + na, member + start[b], nb * sizeof *part);
-			double turn = 0, widest = 0, area = 0;
-			for (size_t j = 0; j < na && r->patch[a].kind != PATCH_PLANE; j++)
-				if (grow_explains(&g, &r->patch[a], part[j], 2, &turn))
-					widest = fmax(widest, turn);
-			for (size_t j = 0; j < na + nb; j++)
-				area += f->area[part[j]];
+			double widest = 0, area = 0;
+			const double before = square_turn(&g, &r->patch[a], part, na, &widest, &area) + square_turn(&g, &r->patch[b], part + na, nb, &widest, &area);
 			struct dense_patch joint = r->patch[a];
-			if (!fit_union(&g, &joint, &r->patch[a], &r->patch[b], part, na + nb, area, r->patch[a].kind == PATCH_PLANE ? 0.3 : 1.5 * widest + 0.01))
+			if (!fit_union(&g, &joint, &r->patch[a], &r->patch[b], part, na + nb, area, widest > 0 ? 1.5 * widest + 0.01 : 0.3))
+				continue;
+			/* a surface that turns much more under the same facets is not theirs */
+			if (square_turn(&g, &joint, part, na + nb, NULL, NULL) > TURN_GROWTH_MOST * before + 1e-3 * area)
 				continue;
 			r->patch[a] = joint;
 			for (size_t j = start[b]; j < start[b + 1]; j++)
