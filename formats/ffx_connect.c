@@ -29,7 +29,7 @@ struct rebuild {
 	idx_t gate, length;     /* the active boundary */
 	size_t component_faces; /* of this component so far */
 	size_t merge_work;
-	unsigned previous, previous2, previous3; /* labels */
+	unsigned previous, previous2; /* labels */
 	idx_t *root;
 	size_t component_count, root_room;
 };
@@ -270,11 +270,10 @@ static void code_kind(struct rebuild *r, struct label *label)
 		(at_start * VALENCE_CAP + at_last) * VALENCE_CAP + at_end,
 		((face * VALENCE_CAP + at_start) * VALENCE_CAP + at_last) * 3 + short_length,
 		(face * 5 + last_face) * LENGTH_CAP + length,
-		(r->previous * LABEL_COUNT + r->previous2) * LABEL_COUNT + r->previous3,
 		((at_start * VALENCE_CAP + at_last) * VALENCE_CAP + at_last2) * 4 + is_shared * 2 + is_last_shared,
 	};
 	static const size_t size[LABEL_INPUTS] = {LABEL_SIZE_0, LABEL_SIZE_1, LABEL_SIZE_2, LABEL_SIZE_3, LABEL_SIZE_4, LABEL_SIZE_5, LABEL_SIZE_6, LABEL_SIZE_7,
-		LABEL_SIZE_8, LABEL_SIZE_9};
+		LABEL_SIZE_8};
 	unsigned kind = 0;
 	for (; kind < LABEL_M; kind++) {
 		if (!is_possible(r, kind))
@@ -340,7 +339,6 @@ static void undo(struct rebuild *r, const struct label *label, bool is_start)
 	case LABEL_M: undo_m(r, g, p, label); break;
 	default: undo_face(r, g, p, label); break;
 	}
-	r->previous3 = r->previous2;
 	r->previous2 = r->previous;
 	r->previous = label->kind;
 }
@@ -348,7 +346,7 @@ static void undo(struct rebuild *r, const struct label *label, bool is_start)
 /* One component, from its last label to its first. labels: those of the component, or NULL. */
 static bool code_component(struct rebuild *r, const struct label *labels, size_t label_count, size_t label_limit, struct fault *fault)
 {
-	r->previous = r->previous2 = r->previous3 = LABEL_E;
+	r->previous = r->previous2 = LABEL_E;
 	r->component_faces = 0;
 	struct label label = {.kind = LABEL_E};
 	for (size_t i = 0;; i++) {
