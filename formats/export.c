@@ -19,7 +19,8 @@ bool export_knows(const char *extension)
 static void put_number(FILE *file, double value)
 {
 	char text[NUM_TEXT_SIZE];
-	fwrite(text, 1, num_print(text, value), file);
+	const size_t length = num_print(text, value);
+	fwrite(text, 1, length, file);
 }
 
 static void put_points(FILE *file, const char *before, const struct mesh *mesh)
@@ -90,8 +91,9 @@ static void write_ply(FILE *file, const struct mesh *mesh, bool binary)
 			longest = mesh->face_start[f + 1] - mesh->face_start[f];
 	const bool wide = longest > 255;
 	fprintf(file, "ply\nformat %s 1.0\nelement vertex %zu\nproperty double x\nproperty double y\nproperty double z\n",
-	        binary ? "binary_little_endian" : "ascii", mesh->vertex_count);
-	fprintf(file, "element face %zu\nproperty list %s int vertex_indices\nend_header\n", mesh->face_count, wide ? "int" : "uchar");
+		binary ? "binary_little_endian" : "ascii", mesh->vertex_count);
+	fprintf(file, "element face %zu\nproperty list %s int vertex_indices\nend_header\n", mesh->face_count,
+		wide ? "int" : "uchar");
 	if (!binary) {
 		put_points(file, "", mesh);
 		put_faces(file, true, 0, mesh);
@@ -183,7 +185,8 @@ static size_t fan_start(const struct mesh *mesh, const idx_t *corner, size_t cou
 	const double even = squared_length(mesh, corner[0], corner[2]), odd = squared_length(mesh, corner[1], corner[3]);
 	if (even != odd)
 		return odd < even;
-	const idx_t lowest_even = corner[0] < corner[2] ? corner[0] : corner[2], lowest_odd = corner[1] < corner[3] ? corner[1] : corner[3];
+	const idx_t lowest_even = corner[0] < corner[2] ? corner[0] : corner[2],
+		    lowest_odd = corner[1] < corner[3] ? corner[1] : corner[3];
 	return lowest_odd < lowest_even;
 }
 
@@ -192,7 +195,8 @@ static bool write_stl(FILE *file, const struct mesh *mesh, bool as_text, struct 
 	size_t count = 0;
 	for (size_t i = 0; i < 3 * mesh->vertex_count; i++)
 		if (!isfinite((float)mesh->xyz[i]))
-			return fault_set(fault, EX_BAD_INPUT, "vertex %zu: coordinate %.3g is too large for STL", i / 3, mesh->xyz[i]);
+			return fault_set(fault, EX_BAD_INPUT, "vertex %zu: coordinate %.3g is too large for STL", i / 3,
+					 mesh->xyz[i]);
 	for (size_t f = 0; f < mesh->face_count; f++)
 		count += mesh->face_start[f + 1] - mesh->face_start[f] - 2;
 	if (count > UINT32_MAX)
@@ -209,7 +213,8 @@ static bool write_stl(FILE *file, const struct mesh *mesh, bool as_text, struct 
 		const size_t corners = mesh->face_start[f + 1] - mesh->face_start[f];
 		const size_t first = fan_start(mesh, corner, corners);
 		for (size_t k = 1; k + 1 < corners; k++) {
-			const struct facet facet = facet_of(mesh, corner[first], corner[(first + k) % corners], corner[(first + k + 1) % corners]);
+			const struct facet facet =
+				facet_of(mesh, corner[first], corner[(first + k) % corners], corner[(first + k + 1) % corners]);
 			put_facet(file, &facet, as_text);
 		}
 	}

@@ -68,7 +68,7 @@ static size_t hash_of(struct key key)
 /* Number points so that equal ones get the number of the first of them. */
 struct key_table {
 	struct key *key;
-	idx_t *slot;        /* the point that a slot belongs to */
+	idx_t *slot; /* the point that a slot belongs to */
 	size_t mask;
 };
 

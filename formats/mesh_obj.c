@@ -57,8 +57,8 @@ static bool read_face(struct text *text, struct mesh_builder *builder)
 		const long long last = (long long)builder->mesh.vertex_count;
 		long long index;
 		if (!num_parse_integer(word.text, length, -last, (long long)INDEX_LIMIT, &index) || index == 0)
-			return text_fault(text, "face %zu: '%.*s' names no vertex", builder->mesh.face_count + 1, (int)(word.length < 40 ? word.length : 40),
-			                  word.text);
+			return text_fault(text, "face %zu: '%.*s' names no vertex", builder->mesh.face_count + 1,
+					  (int)(word.length < 40 ? word.length : 40), word.text);
 		if (builder->mesh.face_start[builder->mesh.face_count + 1] == INDEX_LIMIT)
 			return text_fault(text, "too many faces");
 		builder_corner(builder, (idx_t)(index > 0 ? index - 1 : last + index));
@@ -94,7 +94,8 @@ static bool read_lines(struct text *text, struct mesh_builder *builder)
 		for (size_t h = builder->mesh.face_start[f]; good && h < builder->mesh.face_start[f + 1]; h++)
 			if ((size_t)builder->mesh.corner[h] >= builder->mesh.vertex_count) {
 				text->line = face_line[f];
-				good = text_fault(text, "face %zu: vertex %" PRIidx " of %zu", f + 1, builder->mesh.corner[h] + 1, builder->mesh.vertex_count);
+				good = text_fault(text, "face %zu: vertex %" PRIidx " of %zu", f + 1, builder->mesh.corner[h] + 1,
+						  builder->mesh.vertex_count);
 			}
 	free(face_line);
 	return good;

@@ -20,7 +20,8 @@ static bool read_keyword(struct text *text)
 	for (const char *prefix = "CN"; *prefix; prefix++)
 		if (i < word.length && word.text[i] == *prefix)
 			i++;
-	if (i + 4 <= word.length && (word.text[i] == '4' || word.text[i] == 'n') && (word.text[i + 1] == 'n' || word.text[i + 1] == 'O'))
+	if (i + 4 <= word.length && (word.text[i] == '4' || word.text[i] == 'n') &&
+	    (word.text[i + 1] == 'n' || word.text[i + 1] == 'O'))
 		return text_fault(text, "only OFF files in three dimensions can be read");
 	if (word.length < i + 3 || strncasecmp(word.text + i, "off", 3) != 0)
 		return text_fault(text, "'OFF' should stand at the beginning");
@@ -39,7 +40,8 @@ static bool read_count(struct text *text, const char *what, size_t *count)
 	if (!text_word(text, &word))
 		return text_fault(text, "the file ends before the number of %s", what);
 	if (!num_parse_integer(word.text, word.length, 0, (long long)INDEX_LIMIT, &value))
-		return text_fault(text, "'%.*s' is not a number of %s", (int)(word.length < 40 ? word.length : 40), word.text, what);
+		return text_fault(text, "'%.*s' is not a number of %s", (int)(word.length < 40 ? word.length : 40), word.text,
+				  what);
 	*count = (size_t)value;
 	return true;
 }
@@ -66,15 +68,16 @@ static bool read_face(struct text *text, struct mesh_builder *builder, size_t fa
 	if (!text_word(text, &word))
 		return text_fault(text, "the file ends after %zu of %zu faces", face, face_count);
 	if (!num_parse_integer(word.text, word.length, 0, (long long)INDEX_LIMIT, &corners))
-		return text_fault(text, "face %zu: '%.*s' is not a number of corners", face, (int)(word.length < 40 ? word.length : 40), word.text);
+		return text_fault(text, "face %zu: '%.*s' is not a number of corners", face,
+				  (int)(word.length < 40 ? word.length : 40), word.text);
 	if (corners < 3)
 		return text_fault(text, "face %zu has only %lld corners", face, corners);
 	for (long long k = 0; k < corners; k++) {
 		if (!text_word(text, &word))
 			return text_fault(text, "the file ends inside face %zu of %zu", face, face_count);
 		if (!num_parse_integer(word.text, word.length, 0, (long long)builder->mesh.vertex_count - 1, &vertex))
-			return text_fault(text, "face %zu: '%.*s' is not one of the vertices 0 to %zu", face, (int)(word.length < 40 ? word.length : 40), word.text,
-			                  builder->mesh.vertex_count - 1);
+			return text_fault(text, "face %zu: '%.*s' is not one of the vertices 0 to %zu", face,
+					  (int)(word.length < 40 ? word.length : 40), word.text, builder->mesh.vertex_count - 1);
 		builder_corner(builder, (idx_t)vertex);
 	}
 	builder_end_face(builder);

@@ -16,12 +16,12 @@ enum { TYPE_POSITION = 0, TYPE_NORMAL = 1, TYPE_TEXTURE = 2, TYPE_STATUS = 3, TY
 struct om {
 	const struct input *input;
 	struct fault *fault;
-	size_t at;              /* the next byte */
+	size_t at; /* the next byte */
 	size_t vertex_count, face_count, edge_count;
-	char kind;              /* T, Q, P */
-	unsigned version;       /* major */
-	idx_t *next, *to;       /* of each half-edge, version 2 */
-	idx_t *first;           /* half-edge of each face, version 2 */
+	char kind;        /* T, Q, P */
+	unsigned version; /* major */
+	idx_t *next, *to; /* of each half-edge, version 2 */
+	idx_t *first;     /* half-edge of each face, version 2 */
 };
 
 struct chunk {
@@ -132,13 +132,14 @@ static bool read_first_half_edges(struct om *om, const struct chunk *chunk)
 
 static bool skip_chunk(struct om *om, const struct chunk *chunk)
 {
-	const size_t count = chunk->entity == ENTITY_VERTEX  ? om->vertex_count
-	                     : chunk->entity == ENTITY_FACE  ? om->face_count
-	                     : chunk->entity == ENTITY_EDGE  ? om->edge_count
-	                     : chunk->entity == ENTITY_HALFEDGE ? 2 * om->edge_count
-	                                                      : 0;
+	const size_t count = chunk->entity == ENTITY_VERTEX     ? om->vertex_count
+			     : chunk->entity == ENTITY_FACE     ? om->face_count
+			     : chunk->entity == ENTITY_EDGE     ? om->edge_count
+			     : chunk->entity == ENTITY_HALFEDGE ? 2 * om->edge_count
+								: 0;
 	size_t size = chunk->dimensions * chunk->scalar_size;
-	if (chunk->has_name || chunk->entity == ENTITY_MESH || (chunk->entity & 1) != 0 || (chunk->type > TYPE_COLOUR && chunk->type != TYPE_TOPOLOGY))
+	if (chunk->has_name || chunk->entity == ENTITY_MESH || (chunk->entity & 1) != 0 ||
+	    (chunk->type > TYPE_COLOUR && chunk->type != TYPE_TOPOLOGY))
 		return om_fault(om, "a chunk of an unknown kind: save the mesh without properties of your own");
 	if (chunk->type == TYPE_STATUS)
 		size = 4; /* whatever its header says */
@@ -204,8 +205,8 @@ static bool walk_faces(struct om *om, struct mesh_builder *builder)
 
 static bool read_om(struct om *om, struct mesh_builder *builder)
 {
-	if (om->input->size < OM_HEADER_SIZE || om->input->data[0] != 'O' || om->input->data[1] != 'M' || !strchr("TQP", om->input->data[2]) ||
-	    om->input->data[2] == 0)
+	if (om->input->size < OM_HEADER_SIZE || om->input->data[0] != 'O' || om->input->data[1] != 'M' ||
+	    !strchr("TQP", om->input->data[2]) || om->input->data[2] == 0)
 		return om_fault(om, "no OM file");
 	om->kind = (char)om->input->data[2];
 	om->version = om->input->data[3] >> 5;

@@ -11,7 +11,8 @@ static bool ply_faces(struct mesh *mesh, const struct ply *ply, const char *show
 {
 	const struct ply_element *face = ply_element(ply, "face");
 	if (!face && ply_element(ply, "tristrips"))
-		return fault_set(fault, EX_BAD_INPUT, "%s: triangle strips cannot be read: save the mesh with an element 'face'", shown);
+		return fault_set(fault, EX_BAD_INPUT, "%s: triangle strips cannot be read: save the mesh with an element 'face'",
+				 shown);
 	if (!(face = ply_want_element(ply, "face", shown, fault)))
 		return false;
 	const struct ply_column *list = ply_want_list(face, "vertex_indices", shown, fault);
@@ -67,7 +68,8 @@ static bool looks_like_off(const struct input *input)
 /* "OM", the kind of mesh, a known version. */
 static bool looks_like_om(const struct input *input)
 {
-	return input->size >= 4 && memcmp(input->data, "OM", 2) == 0 && memchr("TQP", input->data[2], 3) && (input->data[3] >> 5 == 1 || input->data[3] >> 5 == 2);
+	return input->size >= 4 && memcmp(input->data, "OM", 2) == 0 && memchr("TQP", input->data[2], 3) &&
+	       (input->data[3] >> 5 == 1 || input->data[3] >> 5 == 2);
 }
 
 /* Text begins with "solid" and goes on with "facet" or "endsolid"; many binary files have "solid" in their header as well. */
@@ -107,34 +109,38 @@ static bool read_by_kind(struct mesh *mesh, const struct input *input, struct fa
 	if (looks_like_text_stl(input))
 		return mesh_read_stl_text(mesh, input, fault);
 	if (strcmp(extension, "stl") == 0)
-		return starts_with(input, "solid") && !memchr(input->data, 0, input->size) ? mesh_read_stl_text(mesh, input, fault)
-		                                                                            : mesh_read_stl_binary(mesh, input, fault);
+		return starts_with(input, "solid") && !memchr(input->data, 0, input->size)
+			       ? mesh_read_stl_text(mesh, input, fault)
+			       : mesh_read_stl_binary(mesh, input, fault);
 	if (strcmp(extension, "off") == 0)
 		return mesh_read_off(mesh, input, fault);
 	if (strcmp(extension, "ply") == 0)
 		return read_ply(mesh, input, fault);
 	if (strcmp(extension, "om") == 0)
 		return mesh_read_om(mesh, input, fault);
-	return fault_set(fault, EX_BAD_INPUT, "%s: not a mesh that can be read: STL, OFF, PLY and OM are known by their content, OBJ by its name",
-	                 input->shown);
+	return fault_set(fault, EX_BAD_INPUT,
+			 "%s: not a mesh that can be read: STL, OFF, PLY and OM are known by their content, OBJ by its name",
+			 input->shown);
 }
 
 static bool check(const struct mesh *mesh, const char *shown, struct fault *fault)
 {
 	if (mesh->vertex_count == 0 || mesh->face_count == 0)
-		return fault_set(fault, EX_BAD_INPUT, "%s: the mesh has %zu vertices and %zu faces: nothing to work on", shown, mesh->vertex_count,
-		                 mesh->face_count);
+		return fault_set(fault, EX_BAD_INPUT, "%s: the mesh has %zu vertices and %zu faces: nothing to work on", shown,
+				 mesh->vertex_count, mesh->face_count);
 	if (mesh->vertex_count > INDEX_LIMIT || mesh->face_start[mesh->face_count] > INDEX_LIMIT)
 		return fault_set(fault, EX_BAD_INPUT, "%s: the mesh is too large", shown);
 	for (size_t i = 0; i < 3 * mesh->vertex_count; i++) {
 		if (!isfinite(mesh->xyz[i]))
 			return fault_set(fault, EX_BAD_INPUT, "%s: vertex %zu: coordinate is not a finite number", shown, i / 3);
 		if (fabs(mesh->xyz[i]) > MESH_COORDINATE_LIMIT)
-			return fault_set(fault, EX_BAD_INPUT, "%s: vertex %zu: coordinate %.3g is beyond %g", shown, i / 3, mesh->xyz[i], MESH_COORDINATE_LIMIT);
+			return fault_set(fault, EX_BAD_INPUT, "%s: vertex %zu: coordinate %.3g is beyond %g", shown, i / 3,
+					 mesh->xyz[i], MESH_COORDINATE_LIMIT);
 	}
 	for (size_t f = 0; f < mesh->face_count; f++)
 		if (mesh->face_start[f + 1] - mesh->face_start[f] < 3)
-			return fault_set(fault, EX_BAD_INPUT, "%s: face %zu has only %zu corners", shown, f, mesh->face_start[f + 1] - mesh->face_start[f]);
+			return fault_set(fault, EX_BAD_INPUT, "%s: face %zu has only %zu corners", shown, f,
+					 mesh->face_start[f + 1] - mesh->face_start[f]);
 	return true;
 }
 

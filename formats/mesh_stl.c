@@ -16,8 +16,8 @@ static bool want_words(struct text *text, const char *const *wanted, size_t face
 		if (!text_word(text, &word))
 			return text_fault(text, "facet %zu: the file ends where '%s' should stand", facet, *wanted);
 		if (!word_is(word, *wanted))
-			return text_fault(text, "facet %zu: '%.*s' where '%s' should stand", facet, (int)(word.length < 40 ? word.length : 40), word.text,
-			                  *wanted);
+			return text_fault(text, "facet %zu: '%.*s' where '%s' should stand", facet,
+					  (int)(word.length < 40 ? word.length : 40), word.text, *wanted);
 	}
 	return true;
 }
@@ -58,8 +58,8 @@ static bool read_facet(struct text *text, struct mesh_builder *builder, size_t f
 	if (text->at == text->end)
 		return text_fault(text, "facet %zu: the file ends inside the facet", facet);
 	if (!word_is(word, "endloop"))
-		return text_fault(text, "facet %zu: '%.*s' where 'vertex' or 'endloop' should stand", facet, (int)(word.length < 40 ? word.length : 40),
-		                  word.text);
+		return text_fault(text, "facet %zu: '%.*s' where 'vertex' or 'endloop' should stand", facet,
+				  (int)(word.length < 40 ? word.length : 40), word.text);
 	if (corners < 3)
 		return text_fault(text, "facet %zu has only %d vertices", facet, corners);
 	builder_end_face(builder);
@@ -71,15 +71,18 @@ static bool read_solids(struct text *text, struct mesh_builder *builder)
 	struct word word;
 	while (text_word(text, &word)) {
 		if (!word_is(word, "solid"))
-			return text_fault(text, "'%.*s' where 'solid' should stand", (int)(word.length < 40 ? word.length : 40), word.text);
+			return text_fault(text, "'%.*s' where 'solid' should stand", (int)(word.length < 40 ? word.length : 40),
+					  word.text);
 		text_skip_line(text); /* its name */
 		for (;;) {
 			if (!text_word(text, &word))
-				return text_fault(text, "the file ends without 'endsolid' after %zu facets", builder->mesh.face_count);
+				return text_fault(text, "the file ends without 'endsolid' after %zu facets",
+						  builder->mesh.face_count);
 			if (word_is(word, "endsolid"))
 				break;
 			if (!word_is(word, "facet"))
-				return text_fault(text, "'%.*s' where 'facet' or 'endsolid' should stand", (int)(word.length < 40 ? word.length : 40), word.text);
+				return text_fault(text, "'%.*s' where 'facet' or 'endsolid' should stand",
+						  (int)(word.length < 40 ? word.length : 40), word.text);
 			if (builder->mesh.vertex_count + 3 > INDEX_LIMIT)
 				return text_fault(text, "too many facets");
 			if (!read_facet(text, builder, builder->mesh.face_count + 1))
@@ -111,11 +114,13 @@ bool mesh_read_stl_binary(struct mesh *mesh, const struct input *input, struct f
 {
 	*mesh = (struct mesh){0};
 	if (input->size < STL_HEADER_SIZE)
-		return fault_set(fault, EX_BAD_INPUT, "%s: no STL file: text begins with 'solid', and %zu bytes are too few for a binary one", input->shown, input->size);
+		return fault_set(fault, EX_BAD_INPUT,
+				 "%s: no STL file: text begins with 'solid', and %zu bytes are too few for a binary one",
+				 input->shown, input->size);
 	const size_t promised = little32(input->data + 80), rest = input->size - STL_HEADER_SIZE;
 	if (rest != promised * STL_FACET_SIZE)
-		return fault_set(fault, EX_BAD_INPUT, "%s: byte 80: the header promises %zu facets, the file has room for %zu%s", input->shown, promised,
-		                 rest / STL_FACET_SIZE, rest % STL_FACET_SIZE ? " and a part" : "");
+		return fault_set(fault, EX_BAD_INPUT, "%s: byte 80: the header promises %zu facets, the file has room for %zu%s",
+				 input->shown, promised, rest / STL_FACET_SIZE, rest % STL_FACET_SIZE ? " and a part" : "");
 	mesh->vertex_count = 3 * promised;
 	mesh->face_count = promised;
 	mesh->xyz = mem_array(9 * promised, sizeof *mesh->xyz);
@@ -129,8 +134,9 @@ bool mesh_read_stl_binary(struct mesh *mesh, const struct input *input, struct f
 			memcpy(&value, &bits, sizeof value);
 			if (!isfinite(value)) {
 				mesh_free(mesh);
-				return fault_set(fault, EX_BAD_INPUT, "%s: byte %zu: facet %zu: coordinate is not a finite number", input->shown,
-				                 STL_HEADER_SIZE + STL_FACET_SIZE * f + 12 + 4 * i, f + 1);
+				return fault_set(fault, EX_BAD_INPUT,
+						 "%s: byte %zu: facet %zu: coordinate is not a finite number", input->shown,
+						 STL_HEADER_SIZE + STL_FACET_SIZE * f + 12 + 4 * i, f + 1);
 			}
 			mesh->xyz[9 * f + i] = value;
 		}

@@ -31,7 +31,8 @@ bool text_word_of_line(struct text *text, struct word *word)
 	if (text->at == text->end || *text->at == '\n')
 		return false;
 	word->text = text->at;
-	while (text->at < text->end && !is_blank(*text->at) && *text->at != '\n' && !(text->comment && *text->at == text->comment))
+	while (text->at < text->end && !is_blank(*text->at) && *text->at != '\n' &&
+	       !(text->comment && *text->at == text->comment))
 		text->at++;
 	word->length = (size_t)(text->at - word->text);
 	return true;

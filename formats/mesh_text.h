@@ -10,9 +10,9 @@
 
 struct text {
 	const char *at, *end;
-	size_t line;        /* of the last word, from 1 */
-	size_t next_line;   /* of at */
-	char comment;       /* starts a comment that ends with the line; 0: there are none */
+	size_t line;      /* of the last word, from 1 */
+	size_t next_line; /* of at */
+	char comment;     /* starts a comment that ends with the line; 0: there are none */
 	const char *shown;
 	struct fault *fault;
 };

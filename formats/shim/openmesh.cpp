@@ -12,13 +12,14 @@
 #include <string>
 #include <vector>
 
+#include <OpenMesh/Core/Geometry/QuadricT.hh>
 #include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>
 #include <OpenMesh/Tools/Decimater/ModBaseT.hh>
-#include <OpenMesh/Core/Geometry/QuadricT.hh>
 
-namespace {
+namespace
+{
 
 using namespace OpenMesh;
 
@@ -47,8 +48,9 @@ typedef TriMesh_ArrayKernelT<DoubleTraits> Tri;
 /* Priority and limits of a collapse. Two quadrics a vertex (Garland and Heckbert 1997), both as weighted means so that
  * they are squared distances: to the planes of the triangles, weighted by area; and, for border and feature edges, to the planes
  * through the edge across its triangles, weighted by squared length, without which a border in a plane would cost nothing. */
-template <class MeshT> class ModPlaneDistanceT : public Decimater::ModBaseT<MeshT> {
-public:
+template <class MeshT> class ModPlaneDistanceT : public Decimater::ModBaseT<MeshT>
+{
+      public:
 	DECIMATING_MODULE(ModPlaneDistanceT, MeshT, PlaneDistance);
 	explicit ModPlaneDistanceT(MeshT &mesh) : Base(mesh, false)
 	{
@@ -96,7 +98,8 @@ public:
 	{
 		MeshT &mesh = Base::mesh();
 		/* Along a chain only: the far end of a chain, where features meet or end, is locked by the caller. */
-		const bool chain = mesh.status(mesh.edge_handle(ci.v0v1)).feature() || mesh.is_boundary(mesh.edge_handle(ci.v0v1));
+		const bool chain =
+			mesh.status(mesh.edge_handle(ci.v0v1)).feature() || mesh.is_boundary(mesh.edge_handle(ci.v0v1));
 		if ((mesh.status(ci.v0).feature() || mesh.is_boundary(ci.v0)) && !chain)
 			return float(Base::ILLEGAL_COLLAPSE);
 		for (auto f : mesh.vf_range(ci.v0)) {
@@ -130,7 +133,7 @@ public:
 		mesh.property(line_, ci.v1) += mesh.property(line_, ci.v0);
 	}
 
-private:
+      private:
 	struct Sum {
 		Geometry::QuadricT<double> quadric;
 		double weight = 0;
@@ -166,7 +169,7 @@ private:
 } // namespace
 
 extern "C" int shim_twins(int32_t *twin, const int32_t *corner, const size_t *face_start, size_t face_count, size_t vertex_count,
-                          char *message, size_t message_size)
+			  char *message, size_t message_size)
 {
 	try {
 		be_silent();
@@ -203,8 +206,9 @@ extern "C" int shim_twins(int32_t *twin, const int32_t *corner, const size_t *fa
 	}
 }
 
-extern "C" long shim_simplify(int32_t *triangle, size_t triangle_count, const double *xyz, size_t vertex_count, const unsigned char *locked,
-                              const int32_t *feature, size_t feature_count, double max_error, size_t face_target, char *message, size_t message_size)
+extern "C" long shim_simplify(int32_t *triangle, size_t triangle_count, const double *xyz, size_t vertex_count,
+			      const unsigned char *locked, const int32_t *feature, size_t feature_count, double max_error,
+			      size_t face_target, char *message, size_t message_size)
 {
 	try {
 		be_silent();
@@ -213,18 +217,22 @@ extern "C" long shim_simplify(int32_t *triangle, size_t triangle_count, const do
 		for (size_t v = 0; v < vertex_count; v++)
 			mesh.add_vertex(Vec3d(xyz[3 * v], xyz[3 * v + 1], xyz[3 * v + 2]));
 		for (size_t t = 0; t < triangle_count; t++)
-			if (!mesh.add_face(VertexHandle(triangle[3 * t]), VertexHandle(triangle[3 * t + 1]), VertexHandle(triangle[3 * t + 2])).is_valid())
+			if (!mesh.add_face(VertexHandle(triangle[3 * t]), VertexHandle(triangle[3 * t + 1]),
+					   VertexHandle(triangle[3 * t + 2]))
+				     .is_valid())
 				return refuse(message, message_size, "the triangles do not make a manifold");
 		std::vector<unsigned> chain(vertex_count, 0); /* feature and border edges at each vertex */
 		for (size_t i = 0; i < feature_count; i++) {
-			const HalfedgeHandle h = mesh.find_halfedge(VertexHandle(feature[2 * i]), VertexHandle(feature[2 * i + 1]));
+			const HalfedgeHandle h =
+				mesh.find_halfedge(VertexHandle(feature[2 * i]), VertexHandle(feature[2 * i + 1]));
 			if (!h.is_valid())
 				return refuse(message, message_size, "a feature edge is not in the mesh");
 			mesh.status(mesh.edge_handle(h)).set_feature(true);
 		}
 		for (auto e : mesh.edges())
 			if (mesh.status(e).feature() || mesh.is_boundary(e))
-				for (auto v : {mesh.from_vertex_handle(mesh.halfedge_handle(e, 0)), mesh.to_vertex_handle(mesh.halfedge_handle(e, 0))}) {
+				for (auto v : {mesh.from_vertex_handle(mesh.halfedge_handle(e, 0)),
+					       mesh.to_vertex_handle(mesh.halfedge_handle(e, 0))}) {
 					chain[size_t(v.idx())]++;
 					if (mesh.status(e).feature())
 						mesh.status(v).set_feature(true);

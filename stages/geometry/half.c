@@ -47,13 +47,16 @@ static bool sort_twins(struct half *half, struct fault *fault)
 		for (end = i + 1; end < half->half_count && side[end].low == side[i].low && side[end].high == side[i].high;)
 			end++;
 		if (end - i > 2)
-			good = fault_set(fault, EX_BAD_INPUT, "edge %" PRIidx "-%" PRIidx " has %zu faces", side[i].low, side[i].high, end - i);
+			good = fault_set(fault, EX_BAD_INPUT, "edge %" PRIidx "-%" PRIidx " has %zu faces", side[i].low,
+					 side[i].high, end - i);
 		if (end - i != 2)
 			continue;
 		const idx_t g = side[i].half, h = side[i + 1].half;
 		if (half->origin[g] == half->origin[h])
-			good = fault_set(fault, EX_BAD_INPUT, "faces %" PRIidx " and %" PRIidx " run along edge %" PRIidx "-%" PRIidx " in the same direction",
-			                 half->face[g], half->face[h], side[i].low, side[i].high);
+			good = fault_set(fault, EX_BAD_INPUT,
+					 "faces %" PRIidx " and %" PRIidx " run along edge %" PRIidx "-%" PRIidx
+					 " in the same direction",
+					 half->face[g], half->face[h], side[i].low, side[i].high);
 		half->twin[g] = h;
 		half->twin[h] = g;
 	}
@@ -78,13 +81,15 @@ static bool check_fans(const struct half *half, struct fault *fault)
 	bool good = true;
 	for (size_t h = 0; h < half->half_count && good; h++)
 		if (!met[h])
-			good = fault_set(fault, EX_BAD_INPUT, "the faces at vertex %" PRIidx " make more than one fan", half->origin[h]);
+			good = fault_set(fault, EX_BAD_INPUT, "the faces at vertex %" PRIidx " make more than one fan",
+					 half->origin[h]);
 	free(met);
 	return good;
 }
 
 /* Corners in range, at least three a face, no vertex twice in one. */
-static bool check_faces(const idx_t *corner, const size_t *face_start, size_t face_count, size_t vertex_count, struct fault *fault)
+static bool check_faces(const idx_t *corner, const size_t *face_start, size_t face_count, size_t vertex_count,
+			struct fault *fault)
 {
 	idx_t *last_face = mem_array(vertex_count, sizeof *last_face); /* the face after which v was seen, + 1 */
 	bool good = true;
@@ -93,7 +98,8 @@ static bool check_faces(const idx_t *corner, const size_t *face_start, size_t fa
 			good = fault_set(fault, EX_BAD_INPUT, "face %zu has fewer than 3 corners", f);
 		for (size_t h = face_start[f]; h < face_start[f + 1] && good; h++) {
 			if (corner[h] < 0 || (size_t)corner[h] >= vertex_count)
-				good = fault_set(fault, EX_BAD_INPUT, "face %zu: vertex %" PRIidx " is not in [0, %zu)", f, corner[h], vertex_count);
+				good = fault_set(fault, EX_BAD_INPUT, "face %zu: vertex %" PRIidx " is not in [0, %zu)", f,
+						 corner[h], vertex_count);
 			else if (last_face[corner[h]] == (idx_t)f + 1)
 				good = fault_set(fault, EX_BAD_INPUT, "face %zu has vertex %" PRIidx " twice", f, corner[h]);
 			else
@@ -104,7 +110,8 @@ static bool check_faces(const idx_t *corner, const size_t *face_start, size_t fa
 	return good;
 }
 
-bool half_build(struct half *half, const idx_t *corner, const size_t *face_start, size_t face_count, size_t vertex_count, struct fault *fault)
+bool half_build(struct half *half, const idx_t *corner, const size_t *face_start, size_t face_count, size_t vertex_count,
+		struct fault *fault)
 {
 	*half = (struct half){0};
 	const size_t half_count = face_start[face_count];
@@ -129,7 +136,8 @@ bool half_build(struct half *half, const idx_t *corner, const size_t *face_start
 			half->face[h] = (idx_t)f;
 		}
 	char message[200];
-	if (shim_twins(half->twin, corner, face_start, face_count, vertex_count, message, sizeof message) != 0 && !sort_twins(half, fault)) {
+	if (shim_twins(half->twin, corner, face_start, face_count, vertex_count, message, sizeof message) != 0 &&
+	    !sort_twins(half, fault)) {
 		half_free(half);
 		return false;
 	}
@@ -149,7 +157,8 @@ bool half_build(struct half *half, const idx_t *corner, const size_t *face_start
 	return true;
 }
 
-bool half_build_triangles(struct half *half, const idx_t *triangle, size_t triangle_count, size_t vertex_count, struct fault *fault)
+bool half_build_triangles(struct half *half, const idx_t *triangle, size_t triangle_count, size_t vertex_count,
+			  struct fault *fault)
 {
 	size_t *face_start = mem_array(triangle_count + 1, sizeof *face_start);
 	for (size_t t = 0; t <= triangle_count; t++)

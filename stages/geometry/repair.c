@@ -147,7 +147,8 @@ static void count_border_loops(struct repair_report *report, const struct half *
 }
 
 /* Step 7: V, E, F, Euler characteristic, border loops, genus, volume of each component. */
-static bool describe(struct repair_report *report, const struct mesh *mesh, const idx_t *component_of, size_t component_count, struct fault *fault)
+static bool describe(struct repair_report *report, const struct mesh *mesh, const idx_t *component_of, size_t component_count,
+		     struct fault *fault)
 {
 	struct half half;
 	struct fault why = {0};

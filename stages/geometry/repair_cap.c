@@ -113,7 +113,7 @@ static bool is_flat(const struct soup *soup, size_t t)
 }
 
 struct cap {
-	double length;          /* of its longest edge */
+	double length; /* of its longest edge */
 	idx_t triangle;
 };
 
@@ -130,7 +130,7 @@ struct flattening {
 	struct soup *soup;
 	struct edge_map map;
 	unsigned char *keep;
-	struct cap *next;       /* caps for the next pass */
+	struct cap *next; /* caps for the next pass */
 	size_t next_count, next_room;
 	bool changed;
 };
@@ -152,7 +152,8 @@ static void flip(struct flattening *flat, size_t t, size_t h, size_t n)
 	idx_t *const triangle = flat->soup->triangle;
 	const idx_t p = triangle[h], q = triangle[next_half(h)], o = triangle[previous_half(h)];
 	size_t g = 3 * n;
-	while (triangle[g] == o || (triangle[g] != p && triangle[g] != q) || (triangle[next_half(g)] != p && triangle[next_half(g)] != q))
+	while (triangle[g] == o || (triangle[g] != p && triangle[g] != q) ||
+	       (triangle[next_half(g)] != p && triangle[next_half(g)] != q))
 		g++;
 	const idx_t from = triangle[g], to = triangle[next_half(g)], d = triangle[previous_half(g)];
 	count_triangle(&flat->map, flat->soup, t, -1);
@@ -215,7 +216,8 @@ static void treat_cap(struct flattening *flat, size_t t)
 
 static bool treat_caps(struct soup *soup)
 {
-	struct flattening flat = {.soup = soup, .map = map_new(3 * soup->triangle_count), .keep = mem_array(soup->triangle_count, 1)};
+	struct flattening flat = {
+		.soup = soup, .map = map_new(3 * soup->triangle_count), .keep = mem_array(soup->triangle_count, 1)};
 	memset(flat.keep, 1, soup->triangle_count);
 	for (size_t t = 0; t < soup->triangle_count; t++) {
 		count_triangle(&flat.map, soup, t, 1);

@@ -13,7 +13,7 @@
 struct leaf {
 	double angle;
 	idx_t half;
-	bool is_forward;        /* runs from the low to the high end; its outside lies towards rising angles */
+	bool is_forward; /* runs from the low to the high end; its outside lies towards rising angles */
 };
 
 static int compare_leaves(const void *left, const void *right)
@@ -26,10 +26,10 @@ static int compare_leaves(const void *left, const void *right)
 
 /* Two neighbouring leaves that could go on into each other, better ones first. */
 struct match {
-	long long gap;          /* in ANGLE_STEPs */
-	bool is_twisted;        /* both run the same way, in a mesh whose other edges never do */
-	bool is_outside;        /* the gap is outside of the material */
-	size_t first, second;   /* leaves */
+	long long gap;        /* in ANGLE_STEPs */
+	bool is_twisted;      /* both run the same way, in a mesh whose other edges never do */
+	bool is_outside;      /* the gap is outside of the material */
+	size_t first, second; /* leaves */
 };
 
 static int compare_matches(const void *left, const void *right)
@@ -187,7 +187,8 @@ static bool separate_doubles(struct soup *soup)
 				continue;
 			double middle[3];
 			for (size_t c = 0; c < 3; c++)
-				middle[c] = (soup->xyz[3 * (size_t)side[k].low + c] + soup->xyz[3 * (size_t)side[k].high + c]) / 2;
+				middle[c] =
+					(soup->xyz[3 * (size_t)side[k].low + c] + soup->xyz[3 * (size_t)side[k].high + c]) / 2;
 			const idx_t m = soup_add_vertex(soup, middle), start = soup->triangle[g];
 			touched[g / 3] = 1;
 			const size_t g2 = split_half(soup, g, m);
@@ -238,7 +239,9 @@ void soup_split_fans(struct soup *soup)
 				first[v] = root;
 				copy[h] = v;
 			} else {
-				copy[h] = soup_add_vertex(soup, (double[3]){soup->xyz[3 * (size_t)v], soup->xyz[3 * (size_t)v + 1], soup->xyz[3 * (size_t)v + 2]});
+				copy[h] =
+					soup_add_vertex(soup, (double[3]){soup->xyz[3 * (size_t)v], soup->xyz[3 * (size_t)v + 1],
+									  soup->xyz[3 * (size_t)v + 2]});
 				soup->report->count[REPAIR_NONMANIFOLD_VERTEX_SPLIT] += !at_cut[v];
 			}
 		}

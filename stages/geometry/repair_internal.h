@@ -8,18 +8,24 @@
 #define REPAIR_FLAT_HEIGHT 1e-7
 
 struct soup {
-	double *xyz;            /* 3 a vertex, room for vertex_room */
+	double *xyz; /* 3 a vertex, room for vertex_room */
 	size_t vertex_count, vertex_room;
-	idx_t *triangle;        /* 3 a triangle; half-edge h starts at triangle[h] */
+	idx_t *triangle; /* 3 a triangle; half-edge h starts at triangle[h] */
 	size_t triangle_count, triangle_room;
-	idx_t *pair;            /* from soup_pair on: the half-edge that continues the surface over this edge, or NO_INDEX */
-	unsigned char *opened;  /* from soup_pair on: 1 for half-edges left without pair by a cut */
-	double side, diagonal;  /* of the box */
+	idx_t *pair;           /* from soup_pair on: the half-edge that continues the surface over this edge, or NO_INDEX */
+	unsigned char *opened; /* from soup_pair on: 1 for half-edges left without pair by a cut */
+	double side, diagonal; /* of the box */
 	struct repair_report *report;
 };
 
-static inline size_t next_half(size_t h) { return h % 3 == 2 ? h - 2 : h + 1; }
-static inline size_t previous_half(size_t h) { return h % 3 == 0 ? h + 2 : h - 1; }
+static inline size_t next_half(size_t h)
+{
+	return h % 3 == 2 ? h - 2 : h + 1;
+}
+static inline size_t previous_half(size_t h)
+{
+	return h % 3 == 0 ? h + 2 : h - 1;
+}
 
 /* A half-edge by its ends, low < high. */
 struct side {
@@ -62,14 +68,14 @@ idx_t *new_roots(size_t count);
 /* A tree of axis-parallel boxes (low xyz, high xyz each) to be asked which of them a segment meets. */
 struct box_tree {
 	size_t node_count, item_count;
-	double *box;            /* 6 a node */
-	size_t *behind;         /* a node: the node behind its part */
-	size_t *item;           /* a permutation of the items; node ranges are halves of it */
+	double *box;    /* 6 a node */
+	size_t *behind; /* a node: the node behind its part */
+	size_t *item;   /* a permutation of the items; node ranges are halves of it */
 };
 struct box_tree box_tree_new(const double *box, size_t item_count);
 void box_tree_free(struct box_tree *tree);
 /* Calls visit for each item whose leaf the segment comes within reach of (a superset of the items that it does). */
-void box_tree_segment(const struct box_tree *tree, const double from[3], const double to[3], double reach, void (*visit)(void *user, size_t item),
-                      void *user);
+void box_tree_segment(const struct box_tree *tree, const double from[3], const double to[3], double reach,
+		      void (*visit)(void *user, size_t item), void *user);
 
 #endif

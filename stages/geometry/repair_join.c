@@ -33,7 +33,8 @@ void soup_weld_border(struct soup *soup, double distance)
 	const size_t count = mark_border(soup, at_border, NULL);
 	size_t *no_faces = mem_array(1, sizeof *no_faces);
 	struct mesh border = {.xyz = mem_array(3 * count, sizeof *border.xyz), .vertex_count = count, .face_start = no_faces};
-	idx_t *vertex = mem_array(count, sizeof *vertex), *group = mem_array(count, sizeof *group), *leader = mem_array(count, sizeof *leader);
+	idx_t *vertex = mem_array(count, sizeof *vertex), *group = mem_array(count, sizeof *group),
+	      *leader = mem_array(count, sizeof *leader);
 	for (size_t v = 0, n = 0; v < soup->vertex_count; v++)
 		if (at_border[v]) {
 			copy3(border.xyz + 3 * n, soup->xyz + 3 * v);
@@ -55,7 +56,7 @@ void soup_weld_border(struct soup *soup, double distance)
 
 /* A vertex on a border edge. */
 struct junction {
-	double along;           /* [0, 1] from the start of the half-edge */
+	double along; /* [0, 1] from the start of the half-edge */
 	idx_t vertex;
 };
 
@@ -69,7 +70,7 @@ static int compare_junctions(const void *left, const void *right)
 
 struct junction_query {
 	const struct soup *soup;
-	const idx_t *vertex;    /* of each item of the tree */
+	const idx_t *vertex; /* of each item of the tree */
 	size_t half;
 	double distance;
 	struct junction *junction;
@@ -142,7 +143,8 @@ void soup_split_junctions(struct soup *soup, double distance)
 				continue;
 			query.half = at[k];
 			query.count = 0;
-			const double *from = soup->xyz + 3 * (size_t)soup->triangle[at[k]], *to = soup->xyz + 3 * (size_t)soup->triangle[next_half(at[k])];
+			const double *from = soup->xyz + 3 * (size_t)soup->triangle[at[k]],
+				     *to = soup->xyz + 3 * (size_t)soup->triangle[next_half(at[k])];
 			box_tree_segment(&tree, from, to, distance, visit_vertex, &query);
 			if (query.count == 0)
 				continue;

@@ -79,11 +79,11 @@ unsigned char *soup_orient(struct soup *soup)
 
 struct component {
 	double low[3], high[3], volume;
-	idx_t outermost[3];     /* the vertex furthest along each axis */
+	idx_t outermost[3]; /* the vertex furthest along each axis */
 	bool is_closed;
-	bool was_mixed;         /* had triangles of both orientations */
-	size_t first, count;    /* its triangles in a list by component */
-	bool is_void;           /* inside of an odd number of others */
+	bool was_mixed;      /* had triangles of both orientations */
+	size_t first, count; /* its triangles in a list by component */
+	bool is_void;        /* inside of an odd number of others */
 };
 
 static struct component *measure(const struct soup *soup, const idx_t *component_of, size_t component_count)
@@ -123,10 +123,10 @@ struct ray_query {
 	const struct soup *soup;
 	const idx_t *component_of;
 	const struct component *component;
-	const size_t *triangle;         /* of each item of the tree */
+	const size_t *triangle; /* of each item of the tree */
 	double from[3], to[3];
 	size_t self;
-	bool is_boxed;                  /* some other box has all of this component in it */
+	bool is_boxed; /* some other box has all of this component in it */
 	bool is_odd, is_doubtful;
 };
 
@@ -193,7 +193,9 @@ static bool find_void(struct ray_query *query, const struct box_tree *tree, cons
 		} else {
 			const idx_t *corner = soup->triangle + 3 * by_component[c->first + (r - 3) * c->count / (RAY_LIMIT - 3)];
 			for (size_t i = 0; i < 3; i++)
-				query->from[i] = (soup->xyz[3 * (size_t)corner[0] + i] + soup->xyz[3 * (size_t)corner[1] + i] + soup->xyz[3 * (size_t)corner[2] + i]) / 3;
+				query->from[i] = (soup->xyz[3 * (size_t)corner[0] + i] + soup->xyz[3 * (size_t)corner[1] + i] +
+						  soup->xyz[3 * (size_t)corner[2] + i]) /
+						 3;
 		}
 		copy3(query->to, query->from);
 		add_scaled3(query->to, 3 * soup->side, skew[r % 3]);
@@ -211,7 +213,8 @@ static struct box_tree triangle_tree(const struct soup *soup, const size_t *tria
 	for (size_t k = 0; k < count; k++)
 		for (size_t i = 0; i < 3; i++) {
 			const idx_t *corner = soup->triangle + 3 * triangle[k];
-			const double a = soup->xyz[3 * (size_t)corner[0] + i], b = soup->xyz[3 * (size_t)corner[1] + i], c = soup->xyz[3 * (size_t)corner[2] + i];
+			const double a = soup->xyz[3 * (size_t)corner[0] + i], b = soup->xyz[3 * (size_t)corner[1] + i],
+				     c = soup->xyz[3 * (size_t)corner[2] + i];
 			box[6 * k + i] = fmin(a, fmin(b, c));
 			box[6 * k + 3 + i] = fmax(a, fmax(b, c));
 		}
@@ -243,7 +246,8 @@ static void find_voids(struct component *component, const struct soup *soup, con
 	struct box_tree around = box_tree_new(box, component_count), tree = triangle_tree(soup, triangle, closed);
 	free(box);
 	for (size_t c = 0; c < component_count; c++) {
-		struct ray_query query = {.soup = soup, .component_of = component_of, .component = component, .triangle = triangle, .self = c};
+		struct ray_query query = {
+			.soup = soup, .component_of = component_of, .component = component, .triangle = triangle, .self = c};
 		const double *at = soup->xyz + 3 * (size_t)component[c].outermost[0];
 		if (component[c].is_closed)
 			box_tree_segment(&around, at, at, 0, visit_box, &query);
@@ -267,7 +271,8 @@ void soup_turn_outward(struct soup *soup, const unsigned char *turned, size_t tu
 		component[component_of[t]].was_mixed |= t < turned_count && turned[t];
 	unsigned char *to_turn = mem_array(component_count, 1);
 	for (size_t c = 0; c < component_count; c++) {
-		to_turn[c] = component[c].is_closed && (component[c].is_void ? component[c].was_mixed && component[c].volume > 0 : component[c].volume < 0);
+		to_turn[c] = component[c].is_closed &&
+			     (component[c].is_void ? component[c].was_mixed && component[c].volume > 0 : component[c].volume < 0);
 		soup->report->count[REPAIR_COMPONENT_TURNED] += to_turn[c];
 	}
 	for (size_t t = 0; t < soup->triangle_count; t++)

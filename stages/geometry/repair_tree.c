@@ -9,7 +9,7 @@
 
 struct builder {
 	const double *box;
-	double *centre;         /* 3 an item: low + high */
+	double *centre; /* 3 an item: low + high */
 	struct box_tree *tree;
 };
 
@@ -26,8 +26,12 @@ static void select_median(const struct builder *builder, int axis, size_t low, s
 	size_t *const item = builder->tree->item;
 	while (high - low > 1) {
 		const size_t a = item[low], b = item[low + (high - low) / 2], c = item[high - 1];
-		const size_t pivot = is_before(builder, axis, a, b) ? (is_before(builder, axis, b, c) ? b : is_before(builder, axis, a, c) ? c : a)
-		                                                    : (is_before(builder, axis, a, c) ? a : is_before(builder, axis, b, c) ? c : b);
+		const size_t pivot = is_before(builder, axis, a, b) ? (is_before(builder, axis, b, c)   ? b
+								       : is_before(builder, axis, a, c) ? c
+													: a)
+								    : (is_before(builder, axis, a, c)   ? a
+								       : is_before(builder, axis, b, c) ? c
+													: b);
 		size_t i = low, j = high - 1;
 		for (;;) {
 			while (is_before(builder, axis, item[i], pivot))
@@ -135,8 +139,8 @@ static bool meets(const double *box, const double from[3], const double to[3], d
 }
 
 /* Returns the node behind this one's part. */
-static size_t walk(const struct box_tree *tree, size_t node, size_t low, size_t high, const double from[3], const double to[3], double reach,
-                   void (*visit)(void *user, size_t item), void *user)
+static size_t walk(const struct box_tree *tree, size_t node, size_t low, size_t high, const double from[3], const double to[3],
+		   double reach, void (*visit)(void *user, size_t item), void *user)
 {
 	if (!meets(tree->box + 6 * node, from, to, reach))
 		return tree->behind[node];
@@ -146,11 +150,12 @@ static size_t walk(const struct box_tree *tree, size_t node, size_t low, size_t 
 		return node + 1;
 	}
 	const size_t middle = low + (high - low) / 2;
-	return walk(tree, walk(tree, node + 1, low, middle, from, to, reach, visit, user), middle, high, from, to, reach, visit, user);
+	return walk(tree, walk(tree, node + 1, low, middle, from, to, reach, visit, user), middle, high, from, to, reach, visit,
+		    user);
 }
 
-void box_tree_segment(const struct box_tree *tree, const double from[3], const double to[3], double reach, void (*visit)(void *user, size_t item),
-                      void *user)
+void box_tree_segment(const struct box_tree *tree, const double from[3], const double to[3], double reach,
+		      void (*visit)(void *user, size_t item), void *user)
 {
 	if (tree->node_count)
 		walk(tree, 0, 0, tree->item_count, from, to, reach, visit, user);

@@ -21,7 +21,7 @@ void soup_drop_collapsed(struct soup *soup)
 /* A triangle by its vertices in rising order. */
 struct triple {
 	idx_t v[3], triangle;
-	bool is_even;           /* the order is reached by an even permutation: tells its orientation */
+	bool is_even; /* the order is reached by an even permutation: tells its orientation */
 };
 
 static int compare_triples(const void *left, const void *right)

@@ -99,8 +99,10 @@ static void write_report(const char *path, const struct repair_report *report)
 	fprintf(output.file, "components=%zu\n", report->component_count);
 	for (size_t i = 0; i < report->component_count; i++) {
 		const struct repair_component *c = &report->component[i];
-		fprintf(output.file, "component.%zu.vertices=%zu\ncomponent.%zu.edges=%zu\ncomponent.%zu.faces=%zu\n", i, c->vertices, i, c->edges, i, c->faces);
-		fprintf(output.file, "component.%zu.euler=%ld\ncomponent.%zu.borders=%zu\ncomponent.%zu.genus=%ld\n", i, c->euler, i, c->border_loops, i, c->genus);
+		fprintf(output.file, "component.%zu.vertices=%zu\ncomponent.%zu.edges=%zu\ncomponent.%zu.faces=%zu\n", i,
+			c->vertices, i, c->edges, i, c->faces);
+		fprintf(output.file, "component.%zu.euler=%ld\ncomponent.%zu.borders=%zu\ncomponent.%zu.genus=%ld\n", i, c->euler,
+			i, c->border_loops, i, c->genus);
 		if (c->border_loops == 0) {
 			char volume[NUM_TEXT_SIZE];
 			num_print(volume, c->volume);
@@ -127,8 +129,8 @@ static void tell(const struct repair_report *report, const char *shown, bool is_
 		char volume[NUM_TEXT_SIZE] = "-";
 		if (c->border_loops == 0)
 			num_print(volume, c->volume);
-		tool_say("%s: component %zu: V=%zu E=%zu F=%zu chi=%ld borders=%zu genus=%ld volume=%s", shown, i, c->vertices, c->edges, c->faces, c->euler,
-		         c->border_loops, c->genus, volume);
+		tool_say("%s: component %zu: V=%zu E=%zu F=%zu chi=%ld borders=%zu genus=%ld volume=%s", shown, i, c->vertices,
+			 c->edges, c->faces, c->euler, c->border_loops, c->genus, volume);
 	}
 }
 

@@ -16,7 +16,8 @@ static struct mesh sample(void)
 	static const double xyz[] = {0, 0, 0, 1.0 / 3, 0, 0, 1, 1, 0, 0, 0.1, 0, -1e-7, -2.5, 1e20, 3, -1, 0};
 	static const idx_t corner[] = {0, 1, 2, 3, 5, 2, 1, 0, 4};
 	static const size_t start[] = {0, 4, 9};
-	return (struct mesh){mem_copy(xyz, 18, sizeof *xyz), 6, mem_copy(corner, 9, sizeof *corner), mem_copy(start, 3, sizeof *start), 2};
+	return (struct mesh){mem_copy(xyz, 18, sizeof *xyz), 6, mem_copy(corner, 9, sizeof *corner),
+			     mem_copy(start, 3, sizeof *start), 2};
 }
 
 static void write_to(char **data, size_t *size, const char *extension, const struct mesh *mesh, bool binary)
@@ -42,8 +43,10 @@ static struct mesh read_back(const char *shown, char *data, size_t size)
 static void indexed_formats_are_exact(void **state)
 {
 	(void)state;
-	static const struct { const char *extension, *shown; bool binary; } way[] = {
-		{"ply", "a.ply", false}, {"ply", "a.ply", true}, {"off", "a.off", false}, {"obj", "a.obj", false}};
+	static const struct {
+		const char *extension, *shown;
+		bool binary;
+	} way[] = {{"ply", "a.ply", false}, {"ply", "a.ply", true}, {"off", "a.off", false}, {"obj", "a.obj", false}};
 	for (size_t i = 0; i < sizeof way / sizeof *way; i++) {
 		struct mesh mesh = sample();
 		char *data, *again;
@@ -94,7 +97,8 @@ static void stl_ties_by_lowest_vertex(void **state)
 	for (idx_t first = 0; first < 4; first++) {
 		const idx_t corner[] = {first, (first + 1) % 4, (first + 2) % 4, (first + 3) % 4};
 		const size_t start[] = {0, 4};
-		struct mesh mesh = {mem_copy(xyz, 12, sizeof *xyz), 4, mem_copy(corner, 4, sizeof *corner), mem_copy(start, 2, sizeof *start), 1};
+		struct mesh mesh = {mem_copy(xyz, 12, sizeof *xyz), 4, mem_copy(corner, 4, sizeof *corner),
+				    mem_copy(start, 2, sizeof *start), 1};
 		char *data;
 		size_t size;
 		write_to(&data, &size, "stl", &mesh, false);
@@ -127,7 +131,8 @@ static void stl_refuses_what_is_no_float(void **state)
 static void unknown_formats_are_refused(void **state)
 {
 	(void)state;
-	assert_true(export_knows("ply") && export_knows("stl") && export_knows("stla") && export_knows("off") && export_knows("obj"));
+	assert_true(export_knows("ply") && export_knows("stl") && export_knows("stla") && export_knows("off") &&
+		    export_knows("obj"));
 	assert_false(export_knows("") || export_knows("step") || export_knows("STL"));
 	struct mesh mesh = sample();
 	struct fault fault = {0};
@@ -139,10 +144,8 @@ static void unknown_formats_are_refused(void **state)
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
-		cmocka_unit_test(indexed_formats_are_exact),
-		cmocka_unit_test(stl_cuts_polygons),
-		cmocka_unit_test(stl_ties_by_lowest_vertex),
-		cmocka_unit_test(stl_refuses_what_is_no_float),
+		cmocka_unit_test(indexed_formats_are_exact),   cmocka_unit_test(stl_cuts_polygons),
+		cmocka_unit_test(stl_ties_by_lowest_vertex),   cmocka_unit_test(stl_refuses_what_is_no_float),
 		cmocka_unit_test(unknown_formats_are_refused),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);

@@ -103,7 +103,8 @@ static void says_what_is_wrong(void **state)
 	refused((const idx_t[]){0, 1, 1}, 1, 2, "face 0 has vertex 1 twice");
 	refused((const idx_t[]){0, 1, 5}, 1, 3, "vertex 5 is not in [0, 3)");
 	/* Two tetrahedra that touch at a vertex: each fan is closed. */
-	refused((const idx_t[]){0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3, 0, 5, 4, 0, 4, 6, 4, 5, 6, 5, 0, 6}, 8, 7, "vertex 0 make more than one fan");
+	refused((const idx_t[]){0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3, 0, 5, 4, 0, 4, 6, 4, 5, 6, 5, 0, 6}, 8, 7,
+		"vertex 0 make more than one fan");
 }
 
 /* A flat square grid: n x n squares in [0, 1]^2, two triangles each. */
@@ -130,7 +131,8 @@ static double flat_area(const idx_t *triangle, long count, const double *xyz)
 {
 	double sum = 0;
 	for (long t = 0; t < count; t++) {
-		const double *a = xyz + 3 * (size_t)triangle[3 * t], *b = xyz + 3 * (size_t)triangle[3 * t + 1], *c = xyz + 3 * (size_t)triangle[3 * t + 2];
+		const double *a = xyz + 3 * (size_t)triangle[3 * t], *b = xyz + 3 * (size_t)triangle[3 * t + 1],
+			     *c = xyz + 3 * (size_t)triangle[3 * t + 2];
 		const double area = ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])) / 2;
 		assert_true(area > 0); /* none turned over */
 		sum += area;
@@ -151,7 +153,8 @@ static void simplify_square(void **state)
 	free(triangle), free(xyz);
 }
 
-/* A feature line across the middle stays an edge path from border to border, although the surface is flat; a locked vertex stays. */
+/* A feature line across the middle stays an edge path from border to border, although the surface is flat; a locked vertex stays.
+ */
 static void simplify_keeps_features(void **state)
 {
 	(void)state;

@@ -88,10 +88,22 @@ static void conform(const char *kind)
 	fclose(messages);
 }
 
-static void off_conforms(void **state) { (void)state, conform("off"); }
-static void obj_conforms(void **state) { (void)state, conform("obj"); }
-static void stl_conforms(void **state) { (void)state, conform("stl"); }
-static void om_conforms(void **state) { (void)state, conform("om"); }
+static void off_conforms(void **state)
+{
+	(void)state, conform("off");
+}
+static void obj_conforms(void **state)
+{
+	(void)state, conform("obj");
+}
+static void stl_conforms(void **state)
+{
+	(void)state, conform("stl");
+}
+static void om_conforms(void **state)
+{
+	(void)state, conform("om");
+}
 
 static void off_keeps_doubles(void **state)
 {
@@ -122,8 +134,9 @@ static void stl_stays_unwelded(void **state)
 	(void)state;
 	struct mesh mesh;
 	struct fault fault;
-	static const char text[] = "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
-	                           "facet normal 0 0 1\nouter loop\nvertex 1 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
+	static const char text[] =
+		"solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+		"facet normal 0 0 1\nouter loop\nvertex 1 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid\n";
 	assert_true(read_text(&mesh, "a.stl", text, &fault));
 	assert_true(mesh_is_unwelded(&mesh));
 	assert_int_equal(mesh.vertex_count, 6);
@@ -139,9 +152,9 @@ static void kinds_are_known_by_content(void **state)
 	assert_true(read_text(&mesh, "<stdin>", "# hello\nOFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", &fault));
 	mesh_free(&mesh);
 	assert_true(read_text(&mesh, "<stdin>",
-	                      "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\n"
-	                      "element face 1\nproperty list uchar int vertex_index\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
-	                      &fault));
+			      "ply\nformat ascii 1.0\nelement vertex 3\nproperty double x\nproperty double y\nproperty double z\n"
+			      "element face 1\nproperty list uchar int vertex_index\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+			      &fault));
 	assert_int_equal(mesh.face_count, 1);
 	mesh_free(&mesh);
 	/* The content against the name. */
@@ -156,10 +169,16 @@ static void ply_is_checked(void **state)
 	(void)state;
 	struct mesh mesh;
 	struct fault fault;
-	static const char head[] = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
-	                           "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
-	static const char *const bad[] = {"0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n", "0 0 nan\n1 0 0\n0 1 0\n3 0 1 2\n",
-	                                  "0 0 0\n1 0 0\n0 1 0\n2 0 1\n", "0 0 0\n1 0 0\n0 1 0\n3 0 1\n", "0 0 0\n1 0 0\n", ""};
+	static const char head[] =
+		"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+		"element face 1\nproperty list uchar int vertex_indices\nend_header\n";
+	static const char *const bad[] = {"0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n",
+					  "0 0 0\n1 0 0\n0 1 0\n3 0 1 -1\n",
+					  "0 0 nan\n1 0 0\n0 1 0\n3 0 1 2\n",
+					  "0 0 0\n1 0 0\n0 1 0\n2 0 1\n",
+					  "0 0 0\n1 0 0\n0 1 0\n3 0 1\n",
+					  "0 0 0\n1 0 0\n",
+					  ""};
 	for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
 		char text[400];
 		snprintf(text, sizeof text, "%s%s", head, bad[i]);
@@ -197,7 +216,7 @@ static void om_faces_are_walked(void **state)
 static void build(struct mesh *mesh, const double *xyz, size_t vertices, const idx_t *corner, size_t triangles)
 {
 	*mesh = (struct mesh){mem_copy(xyz, 3 * vertices, sizeof *xyz), vertices, mem_copy(corner, 3 * triangles, sizeof *corner),
-	                      mem_array(triangles + 1, sizeof(size_t)), triangles};
+			      mem_array(triangles + 1, sizeof(size_t)), triangles};
 	for (size_t f = 0; f <= triangles; f++)
 		mesh->face_start[f] = 3 * f;
 }
@@ -253,7 +272,8 @@ static void weld_equals_brute_force(void **state)
 			changed = false;
 			for (size_t i = 0; i < COUNT; i++)
 				for (size_t j = 0; j < i; j++) {
-					const double dx = xyz[3 * i] - xyz[3 * j], dy = xyz[3 * i + 1] - xyz[3 * j + 1], dz = xyz[3 * i + 2] - xyz[3 * j + 2];
+					const double dx = xyz[3 * i] - xyz[3 * j], dy = xyz[3 * i + 1] - xyz[3 * j + 1],
+						     dz = xyz[3 * i + 2] - xyz[3 * j + 2];
 					if (dx * dx + dy * dy + dz * dz > tolerance * tolerance || parent[i] == parent[j])
 						continue;
 					parent[i] = parent[j] = parent[i] < parent[j] ? parent[i] : parent[j];

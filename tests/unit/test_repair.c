@@ -39,7 +39,10 @@ static void add_face(struct mesh *mesh, const idx_t *corner, size_t count)
 	mesh->face_start[++mesh->face_count] = used + count;
 }
 
-static void add_triangle(struct mesh *mesh, idx_t a, idx_t b, idx_t c) { add_face(mesh, (const idx_t[]){a, b, c}, 3); }
+static void add_triangle(struct mesh *mesh, idx_t a, idx_t b, idx_t c)
+{
+	add_face(mesh, (const idx_t[]){a, b, c}, 3);
+}
 
 /* The box between two corners as 12 triangles, outward (or inward). */
 static void add_box(struct mesh *mesh, const double low[3], const double high[3], bool inward)
@@ -91,14 +94,16 @@ static struct repair_report repaired(struct mesh *mesh)
 	for (size_t i = 0; i < report.cut_count; i++) { /* every opened edge is a border */
 		bool found = false;
 		for (size_t h = 0; h < half.half_count; h++)
-			found |= half.twin[h] == NO_INDEX && half.origin[h] == report.cut[2 * i] && half.origin[half.next[h]] == report.cut[2 * i + 1];
+			found |= half.twin[h] == NO_INDEX && half.origin[h] == report.cut[2 * i] &&
+				 half.origin[half.next[h]] == report.cut[2 * i + 1];
 		assert_true(found);
 	}
 	half_free(&half);
 	return report;
 }
 
-static void expect_component(const struct repair_component *c, size_t vertices, size_t edges, size_t faces, size_t borders, long genus)
+static void expect_component(const struct repair_component *c, size_t vertices, size_t edges, size_t faces, size_t borders,
+			     long genus)
 {
 	assert_int_equal(c->vertices, vertices);
 	assert_int_equal(c->edges, edges);
@@ -248,7 +253,7 @@ static void polygons(void **state)
 	double area = 0;
 	for (size_t f = 0; f < mesh.face_count; f++) {
 		const double *a = mesh.xyz + 3 * (size_t)mesh.corner[3 * f], *b = mesh.xyz + 3 * (size_t)mesh.corner[3 * f + 1],
-		             *c = mesh.xyz + 3 * (size_t)mesh.corner[3 * f + 2];
+			     *c = mesh.xyz + 3 * (size_t)mesh.corner[3 * f + 2];
 		const double twice = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
 		assert_true(twice > 0);
 		area += twice / 2;
@@ -312,7 +317,8 @@ static void cap(void **state)
 	const idx_t middle = add_vertex(&mesh, 0.5, 0, 0); /* on edge 0-1 */
 	for (size_t f = 0; f < 12; f++) /* the first triangle that runs 1 -> 0 or 0 -> 1 is split at it, the other is not */
 		for (size_t k = 0; k < 3; k++) {
-			const idx_t a = mesh.corner[3 * f + k], b = mesh.corner[3 * f + (k + 1) % 3], c = mesh.corner[3 * f + (k + 2) % 3];
+			const idx_t a = mesh.corner[3 * f + k], b = mesh.corner[3 * f + (k + 1) % 3],
+				    c = mesh.corner[3 * f + (k + 2) % 3];
 			if (a == 1 && b == 0) {
 				mesh.corner[3 * f + (k + 1) % 3] = middle;
 				add_triangle(&mesh, middle, 0, c);
@@ -328,7 +334,7 @@ static void cap(void **state)
 	for (size_t f = 0; f < mesh.face_count; f++) {
 		double n[3], length = 0;
 		const double *a = mesh.xyz + 3 * (size_t)mesh.corner[3 * f], *b = mesh.xyz + 3 * (size_t)mesh.corner[3 * f + 1],
-		             *c = mesh.xyz + 3 * (size_t)mesh.corner[3 * f + 2];
+			     *c = mesh.xyz + 3 * (size_t)mesh.corner[3 * f + 2];
 		for (int i = 0; i < 3; i++) {
 			const int j = (i + 1) % 3, k = (i + 2) % 3;
 			n[i] = (b[j] - a[j]) * (c[k] - a[k]) - (b[k] - a[k]) * (c[j] - a[j]);
@@ -373,7 +379,8 @@ static void needle(void **state)
 {
 	(void)state;
 	struct mesh mesh = new_mesh();
-	const idx_t a = add_vertex(&mesh, 0, 0, 0), b = add_vertex(&mesh, 2, 0, 0), c = add_vertex(&mesh, 2, 2, 0), d = add_vertex(&mesh, 0, 2, 0);
+	const idx_t a = add_vertex(&mesh, 0, 0, 0), b = add_vertex(&mesh, 2, 0, 0), c = add_vertex(&mesh, 2, 2, 0),
+		    d = add_vertex(&mesh, 0, 2, 0);
 	const idx_t p = add_vertex(&mesh, 1, 1, 0), q = add_vertex(&mesh, 1 + 1e-9, 1, 0);
 	add_triangle(&mesh, a, p, d), add_triangle(&mesh, b, c, q);
 	add_triangle(&mesh, a, b, p), add_triangle(&mesh, b, q, p);
@@ -419,7 +426,8 @@ static void t_junctions_on_every_side(void **state)
 		idx_t last = (idx_t)side;
 		for (int i = 1; i <= 3; i++) {
 			const idx_t v = i == 3 ? (idx_t)((side + 1) % 3)
-			                       : add_vertex(&mesh, from[0] + (to[0] - from[0]) * i / 3, from[1] + (to[1] - from[1]) * i / 3, 0);
+					       : add_vertex(&mesh, from[0] + (to[0] - from[0]) * i / 3,
+							    from[1] + (to[1] - from[1]) * i / 3, 0);
 			add_triangle(&mesh, v, last, far);
 			last = v;
 		}
@@ -510,7 +518,8 @@ static void moebius(void **state)
 	for (int i = 0; i < COUNT; i++) {
 		const double along = 2 * acos(-1) * i / COUNT, turn = along / 2;
 		for (int side = -1; side <= 1; side += 2)
-			add_vertex(&mesh, (3 + side * cos(turn)) * cos(along), (3 + side * cos(turn)) * sin(along), side * sin(turn));
+			add_vertex(&mesh, (3 + side * cos(turn)) * cos(along), (3 + side * cos(turn)) * sin(along),
+				   side * sin(turn));
 	}
 	for (int i = 0; i < COUNT; i++) {
 		const idx_t a = 2 * i, b = a + 1, c = i + 1 < COUNT ? b + 2 : 0, d = i + 1 < COUNT ? a + 2 : 1;
@@ -567,7 +576,8 @@ static void body_in_a_body(void **state)
 static void nothing_left(void **state)
 {
 	(void)state;
-	static const double xyz[3][9] = {{0, 0, 0, 1, 0, 0, 2, 0, 0}, {1, 1, 1, 1, 1, 1, 1, 1, 1}, {0, 0, 0, 1, 0, 0, 1, 1e-12, 0}};
+	static const double xyz[3][9] = {
+		{0, 0, 0, 1, 0, 0, 2, 0, 0}, {1, 1, 1, 1, 1, 1, 1, 1, 1}, {0, 0, 0, 1, 0, 0, 1, 1e-12, 0}};
 	for (int i = 0; i < 3; i++) {
 		struct mesh mesh = new_mesh();
 		for (int v = 0; v < 3; v++)
@@ -626,8 +636,8 @@ static void repair_is_idempotent(void **state)
 		swap(&mesh.corner[3 * f], &mesh.corner[3 * f + 1]);
 	struct repair_report report = repaired(&mesh), again;
 	struct mesh copy = {mem_copy(mesh.xyz, 3 * mesh.vertex_count, sizeof *mesh.xyz), mesh.vertex_count,
-	                    mem_copy(mesh.corner, 3 * mesh.face_count, sizeof *mesh.corner),
-	                    mem_copy(mesh.face_start, mesh.face_count + 1, sizeof *mesh.face_start), mesh.face_count};
+			    mem_copy(mesh.corner, 3 * mesh.face_count, sizeof *mesh.corner),
+			    mem_copy(mesh.face_start, mesh.face_count + 1, sizeof *mesh.face_start), mesh.face_count};
 	again = repaired(&copy);
 	EXPECT_ONLY(again, REPAIR_KIND_COUNT);
 	assert_int_equal(copy.face_count, mesh.face_count);
@@ -640,13 +650,13 @@ static void repair_is_idempotent(void **state)
 static void size_and_order_do_not_matter(void **state)
 {
 	(void)state;
-	struct repair_report reference;
+	struct repair_report reference = {0};
 	for (int trial = 0; trial < 8; trial++) {
 		struct mesh mesh = new_mesh();
 		uint32_t seed = (uint32_t)trial;
 		add_cube(&mesh, 0, 0, 0, 4);
-		add_cube(&mesh, 4, 4, 0, 1);           /* shares a corner's edge with the first */
-		add_cube(&mesh, 1, 1, 1, 1);           /* inside of it */
+		add_cube(&mesh, 4, 4, 0, 1); /* shares a corner's edge with the first */
+		add_cube(&mesh, 1, 1, 1, 1); /* inside of it */
 		add_cube(&mesh, 8, 8, 8, 1);
 		mesh.corner[3 * 40] = mesh.corner[3 * 40 + 1]; /* a hole in the last one */
 		swap(&mesh.corner[3 * 5], &mesh.corner[3 * 5 + 1]);
@@ -720,7 +730,8 @@ static void large_mesh_is_fast(void **state)
 	struct repair_report report;
 	struct fault fault = {0};
 	assert_true(repair_mesh(&mesh, &usual, &report, &fault));
-	assert_true((double)(clock() - begin) / CLOCKS_PER_SEC < 10); /* 0.3 s alone on a slow machine; sanitizers take their time */
+	assert_true((double)(clock() - begin) / CLOCKS_PER_SEC <
+		    10); /* 0.3 s alone on a slow machine; sanitizers take their time */
 	expect_component(report.component, (SIDE + 1) * (SIDE + 1), 3 * SIDE * SIDE + 2 * SIDE, 2 * SIDE * SIDE, 1, 0);
 	done(&mesh, &report);
 }
@@ -758,7 +769,8 @@ static void box_tree_misses_nothing(void **state)
 		box_tree_segment(&tree, from, to, 0.01, see, &seen);
 		for (size_t k = 0; k < COUNT; k++) {
 			visited += seen.item[k];
-			for (int s = 0; s <= 100 && !seen.item[k]; s++) { /* points along the segment are outside of what was left out */
+			for (int s = 0; s <= 100 && !seen.item[k];
+			     s++) { /* points along the segment are outside of what was left out */
 				bool inside = true;
 				for (size_t i = 0; i < 3; i++) {
 					const double x = from[i] + (to[i] - from[i]) * s / 100;
