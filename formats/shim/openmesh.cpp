@@ -12,11 +12,12 @@
 #include <string>
 #include <vector>
 
-#include <OpenMesh/Core/Geometry/QuadricT.hh>
 #include <OpenMesh/Core/Mesh/PolyMesh_ArrayKernelT.hh>
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
 #include <OpenMesh/Tools/Decimater/DecimaterT.hh>
 #include <OpenMesh/Tools/Decimater/ModBaseT.hh>
+
+#include <OpenMesh/Core/Geometry/QuadricT.hh> /* after the others: it does not include what it needs */
 
 namespace
 {
