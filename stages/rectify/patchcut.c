@@ -17,6 +17,7 @@
 #define SECTORS_MOST 12
 #define SECTOR_TRIANGLES 8     /* a sector should have, on coarse tori */
 #define STAR_SHARE 0.95        /* of the area that must look away from the centre */
+#define BALL_SHARE 0.65        /* of a sphere: a patch that covers more cannot be spanned from its border */
 #define LEVELS 9               /* level sets tried a bisection, at equal shares of the area */
 #define ROUND_AXES 0.02        /* principal moments nearer than this (of the largest) have no axes of their own */
 #define PIECE_SHARE 0.1        /* loose pieces of a part below this share join a sibling */
@@ -176,6 +177,39 @@ static bool fit_box(struct region *box, const struct partition *p, const idx_t *
 	for (int k = 0; k < 3; k++)
 		box->extent[k] = fmax(box->extent[k], 1e-3 * longest); /* a flat patch: any size will do */
 	return longest > 0 && fmax(away, total - away) > STAR_SHARE * total;
+}
+
+/* True for a patch that is most of a sphere. */
+static bool is_ball(const struct partition *p, idx_t label, const idx_t *list, size_t count)
+{
+	const struct dense_patch *patch = &p->patch[label];
+	if (patch->kind != PATCH_SPHERE)
+		return false;
+	double area = 0;
+	for (size_t i = 0; i < count; i++)
+		area += p->area[list[i]];
+	return area > BALL_SHARE * 4 * PI * patch->radius * patch->radius;
+}
+
+/* A cube around a sphere, one side to where the border is, so that it stays within one part if it is small. */
+static void fit_ball(struct region *box, const struct partition *p, idx_t label, const idx_t *list, size_t count)
+{
+	double *away = box->axis[2], matrix[6] = {0};
+	copy3(box->centre, p->patch[label].point);
+	for (size_t i = 0; i < count; i++) {
+		double d[3];
+		sub3(d, p->centroid + 3 * list[i], box->centre);
+		add_scaled3(away, p->area[list[i]], d);
+	}
+	if (!(normalise3(away) > 0))
+		away[2] = 1;
+	/* the rank-one matrix of one certain direction */
+	for (int i = 0, k = 0; i < 3; i++)
+		for (int j = i; j < 3; j++)
+			matrix[k++] = away[i] * away[j];
+	principal_axes(box->axis, matrix);
+	for (int k = 0; k < 3; k++)
+		box->extent[k] = p->patch[label].radius;
 }
 
 /* Sectors around a torus' axis, the first border at a vertex of the mesh. */
@@ -345,6 +379,11 @@ static void cut_one(struct cutter *c, idx_t label, const struct patch_topology *
 	struct region shape = {.kind = REGION_SIDE};
 	/* a part that a shape has left with a handle is a case for level sets */
 	const bool is_first = c->region[label].kind == REGION_NONE;
+	if (is_first && topology->genus == 0 && topology->border_loops > 0) {
+		fit_ball(&shape, p, label, list, count);
+		divide(c, label, list, count, &shape, 6, family);
+		return;
+	}
 	if (is_first && topology->genus == 0 && fit_box(&shape, p, list, count) && divide(c, label, list, count, &shape, 6, family))
 		return;
 	if (is_first && topology->genus > 0 && p->patch[label].kind == PATCH_TORUS) {
@@ -377,11 +416,14 @@ void patchcut(struct partition *p, struct patchcut_counts *counts)
 		for (size_t l = 0; l < patch_count; l++) {
 			c.family[l] = -1;
 			const struct patch_topology *t = &topology[l];
-			if (t->faces < 2 || t->components != 1 || (t->border_loops > 0 && t->genus <= 0))
+			if (t->faces < 2 || t->components != 1)
 				continue;
-			bad++;
+			const bool is_whole = t->border_loops == 0 || t->genus > 0;
+			if (!is_whole && (round > 0 || !is_ball(p, (idx_t)l, list + start[l], start[l + 1] - start[l])))
+				continue;
+			bad += is_whole;
 			if (round == 0)
-				t->genus > 0 ? counts->handles++ : counts->closed++;
+				t->genus > 0 ? counts->handles++ : t->border_loops > 0 ? counts->balls++ : counts->closed++;
 			if (round < ROUND_LIMIT)
 				cut_one(&c, (idx_t)l, t, list + start[l], start[l + 1] - start[l], (idx_t)l);
 		}
@@ -389,7 +431,7 @@ void patchcut(struct partition *p, struct patchcut_counts *counts)
 		free(start);
 		free(list);
 		counts->unsolved = bad;
-		if (bad == 0 || round == ROUND_LIMIT)
+		if (p->patch_count == patch_count || round == ROUND_LIMIT)
 			break;
 		counts->rounds++;
 		struct labelsmooth_counts ignored = {0};

@@ -58,7 +58,7 @@ static void report(const struct dense *dense, const struct rectification_counts 
 	tool_say("pieces: %zu became patches, %zu joined a neighbour", c->split, c->absorbed);
 	tool_say("triangles of another patch than before: %zu of %zu", c->changed, dense->triangle_count);
 	if (!opt->is_no_cut)
-		tool_say("cuts: %zu closed patches, %zu with handles, %zu parts added", c->cut.closed, c->cut.handles, c->cut.parts);
+		tool_say("cuts: %zu closed patches, %zu with handles, %zu balls, %zu parts added", c->cut.closed, c->cut.handles, c->cut.balls, c->cut.parts);
 	tool_say("patches: %zu plane, %zu cylinder, %zu cone, %zu sphere, %zu torus, %zu free", kind[PATCH_PLANE], kind[PATCH_CYLINDER],
 	         kind[PATCH_CONE], kind[PATCH_SPHERE], kind[PATCH_TORUS], kind[PATCH_FREE]);
 }

@@ -78,6 +78,39 @@ static void ball_becomes_a_cube(void **state)
 	shape_free(&ball);
 }
 
+/* A ball with a small hole has a border, but no polygon in it spans the ball: cut like a closed one, the hole in one side. */
+static void ball_with_a_hole(void **state)
+{
+	(void)state;
+	struct mesh ball = shape_icosphere(2, 4);
+	ball.face_count--;
+	struct dense dense = one_patch(&ball, (struct dense_patch){.kind = PATCH_SPHERE, .radius = 2, .sign = 1});
+	struct rectification_counts counts;
+	assert_int_equal(cut(&dense, &counts), 6);
+	assert_int_equal(counts.cut.balls, 1);
+	assert_int_equal(counts.cut.closed, 0);
+	assert_int_equal(cut(&dense, &counts), 6);
+	assert_int_equal(counts.cut.balls, 0);
+	/* half a ball is left alone: the triangles whose middle is above the plane z = 0 */
+	dense_free(&dense);
+	size_t kept = 0;
+	for (size_t f = 0; f < ball.face_count; f++) {
+		double z = 0;
+		for (int k = 0; k < 3; k++)
+			z += ball.xyz[3 * ball.corner[3 * f + k] + 2];
+		if (z > 0) {
+			for (int k = 0; k < 3; k++)
+				ball.corner[3 * kept + k] = ball.corner[3 * f + k];
+			kept++;
+		}
+	}
+	ball.face_count = kept;
+	dense = one_patch(&ball, (struct dense_patch){.kind = PATCH_SPHERE, .radius = 2, .sign = 1});
+	assert_int_equal(cut(&dense, &counts), 1);
+	dense_free(&dense);
+	shape_free(&ball);
+}
+
 /* 20 and even 4 triangles can be cut too: every part of a few triangles. */
 static void few_triangles(void **state)
 {
@@ -264,6 +297,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(ball_becomes_a_cube),
+		cmocka_unit_test(ball_with_a_hole),
 		cmocka_unit_test(few_triangles),
 		cmocka_unit_test(torus_becomes_sectors),
 		cmocka_unit_test(torus_with_a_hole),
