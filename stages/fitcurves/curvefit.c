@@ -514,7 +514,7 @@ void curvefit_best(struct curvefit *fit, const struct polyline *line, struct cur
 	for (size_t n = options.least_points; n <= MOST_SPREAD; n++) {
 		struct curvefit trial;
 		curvefit_exact(&trial, line, options, n);
-		if (trial.ratio < best.ratio)
+		if (trial.ratio < best.ratio || best.count == 0)
 			fit_copy(&best, &trial);
 		curvefit_free(&trial);
 		if (best.ratio <= 1)
@@ -530,6 +530,13 @@ void curvefit_best(struct curvefit *fit, const struct polyline *line, struct cur
 		curvefit_free(&other);
 	}
 	*fit = best;
+}
+
+void curvefit_point(struct curvefit *fit, const double p[3], size_t count, bool closed)
+{
+	fit_alloc(fit, count, closed);
+	for (size_t i = 0; i < count; i++)
+		copy3(fit->xyz + 3 * i, p);
 }
 
 void curvefit_raise(struct curvefit *fit, const struct polyline *line, struct curvefit_options options, size_t count)

@@ -41,6 +41,9 @@ void curvefit_exact(struct curvefit *fit, const struct polyline *line, struct cu
 /* Exactly count >= fit->count points: spread anew, or the fit's own with the widest spans cut, whichever is better. */
 void curvefit_raise(struct curvefit *fit, const struct polyline *line, struct curvefit_options options, size_t count);
 
+/* A curve without length: count points at p. */
+void curvefit_point(struct curvefit *fit, const double p[3], size_t count, bool closed);
+
 /* Distances both ways between control points (count, closed as in fit) and another polyline; fit->arc is kept. */
 void curvefit_measure(struct curvefit *fit, const struct polyline *line, struct curvefit_options options);
 

@@ -16,6 +16,9 @@
 #define SCHEMA 1
 /* Newest schemas of the files that are read. */
 #define KNOWN_DENSE_SCHEMA 1
+/* Squares of lengths, and squares of these, stay within the range of double. */
+#define LEAST_SIDE 1e-60
+#define MOST_SIDE 1e60
 
 static const char usage[] =
 	"usage: fitcurves [-qv] [--tol length] [--mean length] [--corner degrees]\n"
@@ -96,13 +99,15 @@ int main(int argc, char **argv)
 	tool_check_schema(&document, shown, "rectify", KNOWN_DENSE_SCHEMA);
 	if (!dense_from_ply(&dense, &document, true, shown, &fault))
 		tool_fail(&fault);
+	const double side = longest_side(&dense);
+	if (!(side > LEAST_SIDE && side < MOST_SIDE))
+		tool_die(EX_BAD_INPUT, "%s: the longest side of the part, %g, cannot be computed with", shown, side);
 	struct border_options border_options = BORDER_DEFAULTS;
 	border_options.corner_deg = opt.corner_deg;
 	border_options.smooth_deg = opt.smooth_deg;
 	struct border_network border;
 	if (!border_extract(&border, &dense, border_options, &fault))
 		tool_die(fault.code, "%s: %s", shown, fault.text);
-	const double side = longest_side(&dense);
 	struct netfit_options options = {
 		.max = tool_length_in_units(opt.tol, side) / 2,
 		.mean = tool_length_in_units(opt.mean, side) / 2,

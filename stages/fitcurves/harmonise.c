@@ -73,9 +73,9 @@ struct relations {
 	size_t count, room;
 };
 
-static void relate(struct relations *relations, const struct curvefit *fit, size_t a, size_t b, bool same_way)
+static void relate(struct relations *relations, const struct curvefit *fit, const struct polyline *line, size_t a, size_t b, bool same_way)
 {
-	if (a == b || fit[a].count == 0 || fit[b].count == 0 || fit[a].closed != fit[b].closed)
+	if (a == b || !(line[a].length > 0) || !(line[b].length > 0) || fit[a].closed != fit[b].closed)
 		return;
 	if (relations->count == relations->room)
 		relations->item = mem_resize(relations->item, relations->room = 2 * relations->room + 16, sizeof *relations->item);
@@ -103,7 +103,7 @@ static void relate_patch(struct relations *relations, const struct curvefit *fit
 	if (count == 1) {
 		for (size_t i = 0; n == 4 && i < 2; i++)
 			if (!line[s[i].chain].closed && is_cheap(fit, (size_t)s[i].chain, (size_t)s[i + 2].chain))
-				relate(relations, fit, (size_t)s[i].chain, (size_t)s[i + 2].chain, s[i].reversed != s[i + 2].reversed);
+				relate(relations, fit, line, (size_t)s[i].chain, (size_t)s[i + 2].chain, s[i].reversed != s[i + 2].reversed);
 		return;
 	}
 	const struct side *t = loops->side + loops->first_side[first + 1];
@@ -111,11 +111,13 @@ static void relate_patch(struct relations *relations, const struct curvefit *fit
 	if (n != m)
 		return;
 	if (line[s[0].chain].closed && line[t[0].chain].closed) {
+		if (!(line[s[0].chain].length > 0) || !(line[t[0].chain].length > 0))
+			return;
 		double residual;
 		const bool same_way = s[0].reversed != t[0].reversed; /* around a band its two borders run against each other */
 		harmonise_offset(line + s[0].chain, line + t[0].chain, same_way, &residual);
 		if (residual <= MOST_RESIDUAL)
-			relate(relations, fit, (size_t)s[0].chain, (size_t)t[0].chain, same_way);
+			relate(relations, fit, line, (size_t)s[0].chain, (size_t)t[0].chain, same_way);
 		return;
 	}
 	if (line[s[0].chain].closed || line[t[0].chain].closed)
@@ -138,7 +140,7 @@ static void relate_patch(struct relations *relations, const struct curvefit *fit
 	for (size_t i = 0; i < n; i++) {
 		const struct side u = s[i], v = t[(best + n - i) % n];
 		if (is_cheap(fit, (size_t)u.chain, (size_t)v.chain))
-			relate(relations, fit, (size_t)u.chain, (size_t)v.chain, u.reversed != v.reversed);
+			relate(relations, fit, line, (size_t)u.chain, (size_t)v.chain, u.reversed != v.reversed);
 	}
 }
 

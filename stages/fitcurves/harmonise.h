@@ -10,8 +10,7 @@
  * *residual: root mean square distance after that over the mean radius (0 for similar loops). Both closed. */
 double harmonise_offset(const struct polyline *a, const struct polyline *b, bool same_way, double *residual);
 
-/* fit, line and options by chain; chains of length 0 have fit.count 0 and are left alone. Changes fits. kind_of_patch may be
- * NULL. Returns how many fits were raised or moved. */
+/* fit, line and options by chain; chains of length 0 are left alone. Changes fits. Returns how many fits were raised or moved. */
 size_t harmonise(struct curvefit *fit, const struct polyline *line, const struct curvefit_options *options, const struct border_network *border,
                  const struct patchloops *loops);
 

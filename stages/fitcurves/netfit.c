@@ -233,8 +233,10 @@ static void fit_chain(struct job *job, size_t c)
 	struct polyline *line = job->line + c;
 	job->limit[c] = (struct curvefit_options){.max = job->options.max, .mean = job->options.mean, .side = job->side};
 	job->limit[c].least_points = chain->closed ? 3 : job->node[2 * c] == job->node[2 * c + 1] ? 4 : 2;
-	if (line->length == 0)
+	if (line->length == 0) { /* all its vertices are in one place; later stages see points that coincide */
+		curvefit_point(job->fit + c, line->xyz, job->limit[c].least_points, chain->closed);
 		return;
+	}
 	if (job->is_relaxed[c]) {
 		double *xyz = chain_points(job, c), *relaxed;
 		const size_t count = relax_border(&relaxed, xyz, chain->count, chain->closed, job->dense, job->nearest, chain->left, chain->right);
@@ -330,7 +332,7 @@ static size_t widen_loops(struct job *job)
 /* Largest distance both ways between the fitted points and the mesh edges themselves. */
 static void measure(struct job *job, size_t c)
 {
-	if ((!job->is_relaxed[c] && !job->is_smoothed[c]) || job->fit[c].count == 0)
+	if ((!job->is_relaxed[c] && !job->is_smoothed[c]) || job->line[c].length == 0)
 		return;
 	struct polyline plain;
 	double *xyz = chain_points(job, c);
@@ -362,7 +364,7 @@ static void build(struct network *network, struct netfit_report *report, const s
 			continue;
 		}
 		place[job->node[2 * c]] = place[job->node[2 * c + 1]] = 0;
-		const size_t inner = job->fit[c].count > 2 ? job->fit[c].count - 2 : 0;
+		const size_t inner = job->fit[c].count - 2;
 		network->point_count += inner + 2;
 		network->vertex_count += inner;
 	}
