@@ -4,7 +4,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "stages/geometry/primitive.h"
 #include "stages/geometry/vector.h"
 #include "stages/rectify/mincut.h"
 
@@ -14,7 +13,8 @@
 #define NORMAL_RAD (6 / DEGREES)    /* deviations that count as 1 */
 #define DISTANCE 0.0005
 #define CURVATURE 0.5
-#define COST_MOST 4
+#define SPREADS 2                   /* times the median deviation of a patch's triangles that count as 1, if that is more */
+#define COST_MOST 16
 #define GAIN_LEAST 1e-9             /* of the energy: less is rounding, and would make a second run move again */
 #define PHASE_LIMIT 500
 #define REACH_ROUNDS 12
@@ -30,13 +30,14 @@ double label_surface_cost(const void *context, idx_t triangle, idx_t label)
 		const double spread = CURVATURE * CURVATURE + p->curvature_variance[label];
 		return fmin((a * a + b * b) / spread, COST_MOST) * CURVATURE * CURVATURE / spread;
 	}
-	double normal[3], distance = 0;
-	primitive_foot(patch, p->centroid + 3 * triangle, NULL, normal);
-	const double angle = angle3(normal, p->normal + 3 * triangle) / NORMAL_RAD;
-	for (int k = 0; k < 3; k++)
-		distance = fmax(distance, fabs(primitive_distance(patch, p->xyz + 3 * p->half.origin[3 * triangle + k])));
-	distance /= DISTANCE;
-	return fmin(angle * angle + distance * distance, COST_MOST);
+	double angle, distance;
+	partition_deviation(&angle, &distance, p, triangle, label);
+	/* farther off than all that was in the patch */
+	const double excess = distance > fmax(DISTANCE, patch->residual) ? COST_MOST : 0;
+	/* a patch that fits its surface loosely cannot ask for more of a triangle */
+	angle /= fmax(NORMAL_RAD, SPREADS * p->normal_spread[label]);
+	distance /= fmax(DISTANCE, SPREADS * p->distance_spread[label]);
+	return fmin(angle * angle + distance * distance, COST_MOST) + excess;
 }
 
 /* A border half-edge between two patches, a < b. */

@@ -7,8 +7,9 @@
 /* How badly a triangle suits a label, >= 0; 1 weighs about as much as one border edge of a triangle of typical width. */
 typedef double label_cost(const void *context, idx_t triangle, idx_t label);
 
-/* By the patch's surface: angle between normals over 6 degrees, distance of the corners over 0.0005 of the longest side;
- * free patches by the difference of curvatures, as far as theirs is one. context: struct partition. At most 4. */
+/* By the patch's surface: angle between normals over 6 degrees, distance of the corners over 0.0005 of the longest side, or
+ * over twice the patch's spread (partition_measure_spread) where that is more; free patches by the difference of
+ * curvatures, as far as theirs is one. At most 16, and 16 more beyond the patch's residual. context: struct partition. */
 label_cost label_surface_cost;
 
 struct labelsmooth_options {

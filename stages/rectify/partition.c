@@ -56,6 +56,7 @@ static void make_relative(struct dense_patch *patch, const double low[3], double
 	for (int i = 0; i < 3; i++)
 		patch->point[i] = (patch->point[i] - low[i]) / side;
 	patch->radius /= side;
+	patch->residual /= side;
 	if (patch->kind == PATCH_TORUS)
 		patch->radius2 /= side;
 }
@@ -94,6 +95,8 @@ bool partition_new(struct partition *p, const struct dense *dense, const char *s
 	p->patch = mem_copy(dense->patch, p->patch_count, sizeof *dense->patch);
 	p->group = mem_array(p->patch_count, sizeof *p->group);
 	p->mean_curvature = mem_array(p->patch_count, 2 * sizeof *p->mean_curvature);
+	p->normal_spread = mem_array(p->patch_count, sizeof *p->normal_spread);
+	p->distance_spread = mem_array(p->patch_count, sizeof *p->distance_spread);
 	p->curvature_variance = mem_array(p->patch_count, sizeof *p->curvature_variance);
 	p->patch_area = mem_array(p->patch_count, sizeof *p->patch_area);
 	for (size_t l = 0; l < p->patch_count; l++) {
@@ -121,6 +124,8 @@ void partition_free(struct partition *p)
 	free(p->group);
 	free(p->mean_curvature);
 	free(p->curvature_variance);
+	free(p->normal_spread);
+	free(p->distance_spread);
 	free(p->patch_area);
 	*p = (struct partition){0};
 }
@@ -132,6 +137,8 @@ idx_t partition_add(struct partition *p, idx_t like, bool own_group)
 		p->patch = mem_resize(p->patch, p->patch_room, sizeof *p->patch);
 		p->group = mem_resize(p->group, p->patch_room, sizeof *p->group);
 		p->mean_curvature = mem_resize(p->mean_curvature, p->patch_room, 2 * sizeof *p->mean_curvature);
+		p->normal_spread = mem_resize(p->normal_spread, p->patch_room, sizeof *p->normal_spread);
+		p->distance_spread = mem_resize(p->distance_spread, p->patch_room, sizeof *p->distance_spread);
 		p->curvature_variance = mem_resize(p->curvature_variance, p->patch_room, sizeof *p->curvature_variance);
 		p->patch_area = mem_resize(p->patch_area, p->patch_room, sizeof *p->patch_area);
 	}
@@ -141,6 +148,8 @@ idx_t partition_add(struct partition *p, idx_t like, bool own_group)
 	p->mean_curvature[2 * l] = p->mean_curvature[2 * like];
 	p->mean_curvature[2 * l + 1] = p->mean_curvature[2 * like + 1];
 	p->curvature_variance[l] = p->curvature_variance[like];
+	p->normal_spread[l] = p->normal_spread[like];
+	p->distance_spread[l] = p->distance_spread[like];
 	p->patch_area[l] = 0;
 	return (idx_t)l;
 }
@@ -182,6 +191,41 @@ void partition_lists(const struct partition *p, size_t **start, idx_t **list)
 		l[s[p->label[t] + 1]++] = (idx_t)t;
 	*start = s;
 	*list = l;
+}
+
+void partition_deviation(double *angle_rad, double *distance, const struct partition *p, idx_t triangle, idx_t label)
+{
+	const struct dense_patch *patch = &p->patch[label];
+	double normal[3];
+	primitive_foot(patch, p->centroid + 3 * triangle, NULL, normal);
+	*angle_rad = angle3(normal, p->normal + 3 * triangle);
+	*distance = 0;
+	for (int k = 0; k < 3; k++)
+		*distance = fmax(*distance, fabs(primitive_distance(patch, p->xyz + 3 * p->half.origin[3 * triangle + k])));
+}
+
+void partition_measure_spread(struct partition *p)
+{
+	size_t *start;
+	idx_t *list;
+	double *angle = mem_array(p->half.face_count, sizeof *angle), *distance = mem_array(p->half.face_count, sizeof *distance);
+	partition_lists(p, &start, &list);
+	for (size_t l = 0; l < p->patch_count; l++) {
+		const size_t first = start[l], count = start[l + 1] - start[l];
+		p->normal_spread[l] = p->distance_spread[l] = 0;
+		if (p->patch[l].kind == PATCH_FREE || count == 0)
+			continue;
+		for (size_t i = first; i < first + count; i++)
+			partition_deviation(&angle[i], &distance[i], p, list[i], (idx_t)l);
+		qsort(angle + first, count, sizeof *angle, compare_doubles);
+		qsort(distance + first, count, sizeof *distance, compare_doubles);
+		p->normal_spread[l] = angle[first + count / 2];
+		p->distance_spread[l] = distance[first + count / 2];
+	}
+	free(start);
+	free(list);
+	free(angle);
+	free(distance);
 }
 
 /* One neighbour of a component and the length of the smooth border with it. */

@@ -24,10 +24,11 @@ struct partition {
 	double scale;            /* typical width of a triangle: median of 2 area / longest edge */
 	double total_area;
 	idx_t *label;            /* a triangle */
-	struct dense_patch *patch; /* patch_count, relative lengths; area, residual and parent are not kept up to date */
+	struct dense_patch *patch; /* patch_count, relative lengths; area and parent are not kept up to date, residual is as read */
 	idx_t *group;            /* a patch: number that patches cut from one surface share */
 	double *mean_curvature;  /* 2 a patch: area-weighted mean of curvature, see partition_refresh */
 	double *curvature_variance; /* a patch: area-weighted mean squared distance of curvature from it */
+	double *normal_spread, *distance_spread; /* a patch: see partition_measure_spread; 0 before */
 	double *patch_area;      /* a patch: 0 when it has no triangle left */
 	size_t patch_count, patch_room, group_count;
 };
@@ -41,6 +42,14 @@ idx_t partition_add(struct partition *p, idx_t like, bool own_group);
 
 /* Recompute patch_area, mean_curvature and curvature_variance. O(n). */
 void partition_refresh(struct partition *p);
+
+/* How well the patches fit their surfaces: median angle (radians) between the normals of a patch's triangles and its
+ * surface, median of the triangles' largest distance from it. Medians, so that some wrong triangles do not count; 0 for
+ * free patches. O(n log n). */
+void partition_measure_spread(struct partition *p);
+
+/* Angle and largest corner distance of one triangle to the surface of a patch, which must not be free. */
+void partition_deviation(double *angle_rad, double *distance, const struct partition *p, idx_t triangle, idx_t label);
 
 /* Give every edge-connected component but the largest of a patch a label of its own, or, where it is smaller than
  * tiny_area or tiny_share of its patch and some smooth edge leads out of it, the label of the neighbour with the longest

@@ -32,6 +32,7 @@ bool rectification(struct dense *dense, struct rectification_counts *counts, con
 	} else {
 		unsigned char *fixed = mem_array(dense->triangle_count, 1);
 		const struct labelsmooth_options smooth = {label_surface_cost, &p, NULL, NULL, fixed, RINGS, LOSS_MOST, SMOOTH_ROUNDS};
+		partition_measure_spread(&p);
 		labelsmooth_fix(fixed, &p, FREE_REACH * p.scale);
 		/* pieces that change hands may set borders free to move */
 		for (int i = 0; i < SMOOTH_REPEATS; i++) {
