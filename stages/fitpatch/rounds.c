@@ -11,7 +11,9 @@
 /* A fold on less of a patch than this is left: it is smaller than what can be seen. */
 static const double fold_share = 1e-3;
 /* Rounds that try to get rid of a patch's folds by new border points. */
-enum { FOLD_ROUNDS = 3, MOST_DETAIL = 8, CAREFUL_ATTEMPTS = 4 };
+enum { FOLD_ROUNDS = 3, MOST_DETAIL = 8, CAREFUL_ATTEMPTS = 3 };
+/* Rounds in a row that may pass without getting better. */
+enum { STALE_ROUNDS = 3 };
 
 bool rounds_layout(struct draft *draft, const struct rounds *rounds, const struct layouts *layouts, const unsigned char *chosen, struct fault *fault)
 {
@@ -181,6 +183,7 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 	struct draft best = {0};
 	double least = INFINITY;
 	bool good = false;
+	int stale = 0;
 	for (int round = 0;; round++) {
 		/* New points on borders are placed by a fit; only then can plane faces between them be found. */
 		good = round == 0 || (joint_fit(draft, rounds->target, &rounds->joint, NULL, fault) && rounds_layout(draft, rounds, layouts, plan.again, fault));
@@ -196,6 +199,7 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 		rounds->say("round %d: %zu faces, mean %.4g, largest %.4g (bounds %.4g, %.4g), %.3g%% folded", round, draft->polygons.count, state.mean, state.worst,
 		            rounds->bounds.mean, rounds->bounds.max, 100 * state.folded);
 		const double now = badness(&state, &rounds->bounds);
+		stale = now < 0.98 * least ? 0 : stale + 1;
 		if (now < 0.999 * least) {
 			draft_free(&best);
 			draft_copy(&best, draft);
@@ -206,7 +210,7 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 		if (wanted && round < rounds->limit)
 			steps = enrich(draft, rounds->target, error, face_error, plan.want, rounds->bounds.max, plan.touched);
 		free(face_error);
-		if (round == rounds->limit || steps + anew == 0)
+		if (round == rounds->limit || steps + anew == 0 || stale >= STALE_ROUNDS)
 			break;
 		/* Plane faces are cheap to find anew. */
 		for (size_t p = 0; p < patches; p++)
