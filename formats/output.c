@@ -119,7 +119,13 @@ bool output_commit(struct output *output, struct fault *fault)
 	const char *shown = output->path ? output->path : "<stdout>";
 	errno = 0;
 	bool good = fflush(output->file) == 0 && !ferror(output->file);
-	const int reason = errno;
+	int reason = errno;
+	if (!good && !reason) {
+		/* an earlier write failed, and its reason is gone with errno: the next one fails for the same reason */
+		clearerr(output->file);
+		if (fputc('\n', output->file) == EOF || fflush(output->file) != 0)
+			reason = errno;
+	}
 	/* closing tells of errors that only the file system knows (quota, network) */
 	const int closed = fclose(output->file);
 	output->file = NULL;

@@ -40,11 +40,15 @@ cmp -s c.png d.png
 ok $? 'a cube looks the same from its sides'
 "$BIN/render" --size 64x48 --view 30,0 cube.off | cmp -s c.png -
 is 1 $? '... but not from its edge'
-for option in --edges '--zoom 3' '--centre 1,1,1' '--view 0,90'; do
+for option in '--zoom 3' '--centre 1,1,1' '--view 0,90'; do
 	# shellcheck disable=SC2086
 	"$BIN/render" $option cube.off | cmp -s a.png -
 	is 1 $? "$option changes the picture"
 done
+printf '%s\n' OFF '6 2 0' '0 0 0' '1 0 0' '2 0 0' '0 1 0' '1 1 0' '2 1 0' '4 0 1 4 3' '4 1 2 5 4' >flat.off
+"$BIN/render" --view -90,90 flat.off -o flat.png
+"$BIN/render" --edges --view -90,90 flat.off | cmp -s flat.png -
+is 1 $? '--edges shows edges that do not bend'
 sed '7,10s/ 1$/ 1.2/' cube.off >taller.off
 "$BIN/render" --colour deviation --against taller.off cube.off -o e.png
 is '0: 800x600' "$?: $(size e.png)" '--colour deviation'
