@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "formats/memory.h"
+#include "stages/geometry/vector.h"
 #include "stages/segment/primitive_search.h"
 #include "stages/segment/region_tidy.h"
 #include "stages/segment/segment_primitives.h"
@@ -16,6 +17,8 @@ static const double level_gain[PRIMITIVES_LEVELS] = {1, 0.8, 0.65, 0.5};
 #define ANGLE_TOLERANCE 0.05   /* radians: 3 degrees */
 #define COST_FREE_REGION 3.0   /* in patches of an analytic surface */
 #define COST_FREE_AREA 60.0    /* the same for a whole mesh without explanation */
+#define LOOSE 0.3              /* root mean square distance over the tolerance */
+#define GENTLE_MEAN 0.7        /* length of the mean normal */
 #define CLEAN_COST 4.0         /* a part so cheap needs no other tolerance */
 
 static double mean_length(const struct facets *f)
@@ -102,24 +105,38 @@ static void part_costs(double *cost, const struct regions *r, const unsigned cha
 	free(is_counted);
 }
 
-/* Smooth parts that are cheaper as one free region than with the surfaces that were found become one. */
+/* Smooth parts that are cheaper as free-form become one free region: many surfaces that are met only roughly, or some
+ * that share a gently bent part without being its faces (their vertices fill the tolerance, those of faces lie well within). */
 static void whole_free_parts(struct regions *r, double *cost, const unsigned char *level, const double *distance)
 {
 	const struct facets *f = r->facets;
-	double *area = mem_array(f->smooth_part_count, sizeof *area);
-	idx_t *fresh = mem_array(f->smooth_part_count, sizeof *fresh);
+	const size_t parts = f->smooth_part_count;
+	double *square = mem_array(parts, sizeof *square), *area = mem_array(parts, sizeof *area), *normal = mem_array(3 * parts, sizeof *normal);
+	idx_t *fresh = mem_array(parts, sizeof *fresh);
 	const struct dense_patch none = {.kind = PATCH_FREE};
 	part_costs(cost, r, level, distance);
-	for (size_t t = 0; t < f->triangle_count; t++)
-	for (size_t p = 0; p < f->smooth_part_count; p++) {
-		/* surfaces that are met closely are there, however many they are */
-		const bool is_too_much = cost[p] > COST_FREE_REGION + COST_FREE_AREA;
-		fresh[p] = distance[level[p]] > NOISY_DISTANCE && is_too_much ? regions_add(r, &none) : NO_INDEX;
+	for (size_t t = 0; t < f->triangle_count; t++) {
+		const idx_t p = f->smooth_part[t];
+		const struct dense_patch *patch = &r->patch[r->label[t]];
+		area[p] += f->area[t];
+		add_scaled3(normal + 3 * p, f->area[t], f->normal + 3 * t);
+		for (int k = 0; k < 3 && patch->kind != PATCH_FREE; k++) {
+			const double d = primitive_distance(patch, f->xyz + 3 * f->triangle[3 * t + k]) / distance[level[p]];
+			square[p] += f->area[t] / 3 * fmin(4, d * d);
+		}
+	}
+	for (size_t p = 0; p < parts; p++) {
+		const bool is_rough = distance[level[p]] > NOISY_DISTANCE;
+		const bool is_loose = square[p] > LOOSE * LOOSE * area[p] && norm3(normal + 3 * p) > GENTLE_MEAN * area[p];
+		const bool is_free = is_rough && cost[p] > COST_FREE_REGION + (is_loose ? 1 : COST_FREE_AREA);
+		fresh[p] = is_free ? regions_add(r, &none) : NO_INDEX;
 	}
 	for (size_t t = 0; t < f->triangle_count; t++)
 		if (fresh[f->smooth_part[t]] != NO_INDEX)
 			r->label[t] = fresh[f->smooth_part[t]];
+	free(square);
 	free(area);
+	free(normal);
 	free(fresh);
 }
 
