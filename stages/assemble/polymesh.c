@@ -31,6 +31,23 @@ void polymesh_init(struct polymesh *mesh, const double *xyz, size_t vertex_count
 	}
 }
 
+void polymesh_copy(struct polymesh *to, const struct polymesh *from)
+{
+	const size_t v = from->vertex_count, f = from->face_count, h = from->half_count;
+	*to = *from;
+	to->xyz = mem_copy(from->xyz, 3 * v, sizeof *to->xyz);
+	to->corner = mem_copy(from->corner, v, 1);
+	to->origin = mem_copy(from->origin, h, sizeof *to->origin);
+	to->next = mem_copy(from->next, h, sizeof *to->next);
+	to->previous = mem_copy(from->previous, h, sizeof *to->previous);
+	to->face = mem_copy(from->face, h, sizeof *to->face);
+	to->twin = mem_copy(from->twin, h, sizeof *to->twin);
+	to->sharp = mem_copy(from->sharp, h, sizeof *to->sharp);
+	to->face_patch = mem_copy(from->face_patch, f, sizeof *to->face_patch);
+	to->face_half = mem_copy(from->face_half, f, sizeof *to->face_half);
+	to->half_gone = mem_copy(from->half_gone, h, sizeof *to->half_gone);
+}
+
 void polymesh_free(struct polymesh *mesh)
 {
 	free(mesh->xyz), free(mesh->corner), free(mesh->origin), free(mesh->next), free(mesh->previous), free(mesh->face), free(mesh->twin);

@@ -25,6 +25,7 @@ struct polymesh {
  * NO_INDEX, nothing is sharp. */
 void polymesh_init(struct polymesh *mesh, const double *xyz, size_t vertex_count, const idx_t *corner, const size_t *face_start, const idx_t *face_patch,
                    size_t face_count);
+void polymesh_copy(struct polymesh *to, const struct polymesh *from);
 void polymesh_free(struct polymesh *mesh);
 
 static inline bool polymesh_is_crease(const struct polymesh *mesh, idx_t half)

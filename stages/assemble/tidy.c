@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "stages/geometry/polygon.h"
 #include "stages/geometry/vector.h"
@@ -173,61 +174,114 @@ static void join_faces(struct polymesh *mesh, idx_t first, idx_t last)
 	mesh->face_half[drop] = NO_INDEX;
 }
 
+/* Join the faces of h when that changes nothing and leaves them at least as star-shaped as least_star. */
+static bool try_join(struct polymesh *mesh, idx_t h, double planar, double least_star)
+{
+	idx_t first, last, corner[TIDY_MOST_CORNERS];
+	if (mesh->half_gone[h] || mesh->face[h] == mesh->face[mesh->twin[h]] || !shared_chain(&first, &last, mesh, h))
+		return false;
+	for (idx_t e = first;; e = mesh->next[e]) {
+		if (polymesh_is_crease(mesh, e))
+			return false;
+		if (e == last)
+			break;
+	}
+	const size_t n = union_corners(corner, mesh, first, last);
+	if (n < 3 || n >= TIDY_MOST_CORNERS || has_repeat(corner, n))
+		return false;
+	double centre[3], normal[3];
+	polygon_plane(centre, normal, mesh->xyz, corner, n);
+	if (polygon_star(mesh->xyz, corner, n, normal) < least_star)
+		return false;
+	/* starts of the chain's end edges: first at one end, the twin of last at the other */
+	if (!sector_in_plane(mesh, first, centre, normal, planar) || !sector_in_plane(mesh, mesh->twin[last], centre, normal, planar))
+		return false;
+	for (idx_t e = first; e != last; e = mesh->next[e])
+		if (!sector_in_plane(mesh, mesh->next[e], centre, normal, planar))
+			return false;
+	join_faces(mesh, first, last);
+	return true;
+}
+
 struct candidate {
-	double length;
+	double key;
 	idx_t half;
 };
 
 static int compare_candidates(const void *a, const void *b)
 {
 	const struct candidate *x = a, *y = b;
-	if (x->length != y->length)
-		return x->length > y->length ? -1 : 1;
+	if (x->key != y->key)
+		return x->key > y->key ? -1 : 1;
 	return (x->half > y->half) - (x->half < y->half);
 }
 
-/* Longest edges first: they are the ones that cut faces into slivers. */
-static size_t join_planar(struct polymesh *mesh, double planar)
+/* Greedy joining ends differently in different orders; which is best depends on the patch. */
+struct order {
+	int sign;           /* 1: longest edges first, -1: shortest */
+	size_t level_count; /* several passes, the first for unions that stay well shaped only */
+};
+static const struct order order[] = {{1, 1}, {-1, 1}, {1, 5}, {-1, 5}};
+enum { ORDER_COUNT = sizeof order / sizeof *order };
+static const double level[5] = {LEAST_STAR, 0.1, 0.2, 0.35, 0.5};
+
+/* Smaller of the patches on the sides of h. */
+static idx_t patch_of(const struct polymesh *mesh, idx_t h)
+{
+	const idx_t a = mesh->face_patch[mesh->face[h]], b = mesh->face_patch[mesh->face[mesh->twin[h]]];
+	return a < b ? a : b;
+}
+
+/* Joins in one order. only (by patch number, or NULL): take edges of patches whose entry is this order. gain (by patch
+ * number, or NULL) counts the joins. */
+static size_t join_in_order(struct polymesh *mesh, double planar, size_t which, const unsigned char *only, size_t *gain)
 {
 	struct candidate *candidate = mem_array(mesh->half_count, sizeof *candidate);
 	size_t count = 0, joined = 0;
 	for (size_t h = 0; h < mesh->half_count; h++)
-		if (!mesh->half_gone[h] && !polymesh_is_crease(mesh, (idx_t)h) && mesh->twin[h] > (idx_t)h)
+		if (!mesh->half_gone[h] && !polymesh_is_crease(mesh, (idx_t)h) && mesh->twin[h] > (idx_t)h && (!only || only[patch_of(mesh, (idx_t)h)] == which))
 			candidate[count++] = (struct candidate){
-				distance3(mesh->xyz + 3 * (size_t)mesh->origin[h], mesh->xyz + 3 * (size_t)target_of(mesh, (idx_t)h)), (idx_t)h};
+				order[which].sign * distance3(mesh->xyz + 3 * (size_t)mesh->origin[h], mesh->xyz + 3 * (size_t)target_of(mesh, (idx_t)h)),
+				(idx_t)h};
 	qsort(candidate, count, sizeof *candidate, compare_candidates);
-	for (size_t i = 0; i < count; i++) {
-		const idx_t h = candidate[i].half;
-		idx_t first, last, corner[TIDY_MOST_CORNERS];
-		if (mesh->half_gone[h] || mesh->face[h] == mesh->face[mesh->twin[h]] || !shared_chain(&first, &last, mesh, h))
-			continue;
-		bool creased = false;
-		for (idx_t e = first; !creased; e = mesh->next[e]) {
-			creased = polymesh_is_crease(mesh, e);
-			if (e == last)
-				break;
+	for (size_t pass = order[which].level_count; pass-- > 0;)
+		for (size_t i = 0; i < count; i++) {
+			const idx_t h = candidate[i].half;
+			if (mesh->half_gone[h])
+				continue;
+			const idx_t patch = patch_of(mesh, h);
+			if (!try_join(mesh, h, planar, level[pass]))
+				continue;
+			joined++;
+			if (gain)
+				gain[patch]++;
 		}
-		if (creased)
-			continue;
-		const size_t n = union_corners(corner, mesh, first, last);
-		if (n < 3 || n >= TIDY_MOST_CORNERS || has_repeat(corner, n))
-			continue;
-		double centre[3], normal[3];
-		polygon_plane(centre, normal, mesh->xyz, corner, n);
-		if (polygon_star(mesh->xyz, corner, n, normal) < LEAST_STAR)
-			continue;
-		/* starts of the chain's end edges: first at one end, the twin of last at the other */
-		if (!sector_in_plane(mesh, first, centre, normal, planar) || !sector_in_plane(mesh, mesh->twin[last], centre, normal, planar))
-			continue;
-		bool inner_flat = true;
-		for (idx_t e = first; e != last && inner_flat; e = mesh->next[e])
-			inner_flat = sector_in_plane(mesh, mesh->next[e], centre, normal, planar);
-		if (!inner_flat)
-			continue;
-		join_faces(mesh, first, last);
-		joined++;
-	}
 	free(candidate);
+	return joined;
+}
+
+/* Every order on a copy, then for each patch the one that joined most (the first of equals). */
+static size_t join_planar(struct polymesh *mesh, double planar)
+{
+	size_t patch_count = 0;
+	for (size_t f = 0; f < mesh->face_count; f++)
+		if ((size_t)mesh->face_patch[f] >= patch_count)
+			patch_count = (size_t)mesh->face_patch[f] + 1;
+	unsigned char *best = mem_array(patch_count, 1);
+	size_t *most = mem_array(patch_count, sizeof *most), *gain = mem_array(patch_count, sizeof *gain), joined = 0;
+	for (size_t which = 0; which < ORDER_COUNT; which++) {
+		struct polymesh copy;
+		polymesh_copy(&copy, mesh);
+		memset(gain, 0, patch_count * sizeof *gain);
+		join_in_order(&copy, planar, which, NULL, gain);
+		polymesh_free(&copy);
+		for (size_t p = 0; p < patch_count; p++)
+			if (gain[p] > most[p])
+				most[p] = gain[p], best[p] = (unsigned char)which;
+	}
+	for (size_t which = 0; which < ORDER_COUNT; which++)
+		joined += join_in_order(mesh, planar, which, best, NULL);
+	free(best), free(most), free(gain);
 	return joined;
 }
 
