@@ -24,6 +24,9 @@ parts := $(foreach f,$(IN),$(call part_of,$(f)))
 ifneq ($(words $(sort $(parts))),$(words $(parts)))
 $(error two files in IN have the same part name: $(parts))
 endif
+# The unpacked part is $(OUT)/part.stl: that must not be the part itself.
+$(foreach f,$(IN),$(if $(filter $(realpath $(f)),$(realpath $(OUT)/$(call part_of,$(f)).stl)),\
+	$(error $(f) would be overwritten by the unpacked part: give another folder as OUT)))
 
 .PHONY: all
 all: $(parts:%=$(OUT)/%.report)
