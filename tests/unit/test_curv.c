@@ -6,6 +6,7 @@
 #include "formats/dense.h"
 #include "stages/curv/ballclip.h"
 #include "stages/curv/curvature.h"
+#include "stages/geometry/repair.h"
 #include "stages/geometry/wedge.h"
 
 /* Everything around normalcycle_tensors for one mesh, with the mesh's own lengths. */
@@ -346,6 +347,51 @@ static void open_sheet_has_borders(void **state)
 	shape_free(&m);
 }
 
+/* Every triangle of a cube with corners of its own, one of them off by 1e-8, every third turned over: after the repair
+ * eight vertices, all normals outward, twelve sharp convex edges. Two cubes that share an edge come apart. */
+static void soup_of_a_cube(void **state)
+{
+	(void)state;
+	for (int cubes = 1; cubes <= 2; cubes++) {
+		struct mesh soup = {0};
+		for (int c = 0; c < cubes; c++) {
+			struct mesh cube = shape_box(1, 1, 1);
+			for (size_t f = 0; f < cube.face_count; f++) {
+				idx_t corner[3];
+				for (int k = 0; k < 3; k++) {
+					const double *p = cube.xyz + 3 * cube.corner[3 * f + k];
+					corner[k] = shape_vertex(&soup, p[0] + c, p[1] + c, p[2] + (f == 5 && k == 0 ? 1e-8 : 0));
+				}
+				/* two cubes at an edge are only told apart by which side is out */
+				cubes == 2 || f % 3 ? shape_triangle(&soup, corner[0], corner[1], corner[2]) : shape_triangle(&soup, corner[0], corner[2], corner[1]);
+			}
+			shape_free(&cube);
+		}
+		struct repair_report report;
+		struct fault fault = {0};
+		const struct repair_options repair = {1e-6};
+		assert_true(repair_mesh(&soup, &repair, &report, &fault));
+		assert_int_equal(soup.vertex_count, 8 * cubes);
+		assert_int_equal(report.component_count, cubes);
+		for (int c = 0; c < cubes; c++) {
+			assert_int_equal(report.component[c].edges, 18);
+			assert_int_equal(report.component[c].euler, 2);
+			assert_int_equal(report.component[c].genus, 0);
+			assert_near(report.component[c].volume, 1, 1e-7);
+		}
+		struct dense dense;
+		const struct curvature_options options = {{40 / DEGREES, false}, 0};
+		assert_true(curvature_compute(&dense, NULL, &soup, report.cut, report.cut_count, &options, &fault));
+		assert_int_equal(dense.edge_count, 12 * cubes);
+		assert_int_equal(dense.wedge_count, 24 * cubes);
+		for (size_t e = 0; e < dense.edge_count; e++)
+			assert_near(dense.edge[e].angle_deg, 90, 1e-5);
+		dense_free(&dense);
+		repair_report_free(&report);
+		shape_free(&soup);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -359,6 +405,7 @@ int main(void)
 		cmocka_unit_test(thin_wall_is_not_crossed),
 		cmocka_unit_test(clipping_is_exact),
 		cmocka_unit_test(open_sheet_has_borders),
+		cmocka_unit_test(soup_of_a_cube),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
