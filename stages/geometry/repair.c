@@ -220,9 +220,21 @@ static void clean(struct soup *soup, double weld_relative)
 	}
 }
 
+/* The same vertices and the same triangles, in their order. */
+static bool is_same(const struct mesh *a, const struct mesh *b)
+{
+	const size_t corners = a->face_start[a->face_count];
+	return a->vertex_count == b->vertex_count && a->face_count == b->face_count && corners == b->face_start[b->face_count] &&
+	       memcmp(a->xyz, b->xyz, 3 * a->vertex_count * sizeof *a->xyz) == 0 &&
+	       memcmp(a->corner, b->corner, corners * sizeof *a->corner) == 0;
+}
+
 bool repair_mesh(struct mesh *mesh, const struct repair_options *options, struct repair_report *report, struct fault *fault)
 {
 	*report = (struct repair_report){0};
+	struct mesh given = {mem_copy(mesh->xyz, 3 * mesh->vertex_count, sizeof *mesh->xyz), mesh->vertex_count,
+			     mem_copy(mesh->corner, mesh->face_start[mesh->face_count], sizeof *mesh->corner),
+			     mem_copy(mesh->face_start, mesh->face_count + 1, sizeof *mesh->face_start), mesh->face_count};
 	report->count[REPAIR_WELDED_EXACT] = mesh_weld(mesh, 0, NULL);
 	report->count[REPAIR_UNUSED_VERTEX] = count_unused(mesh);
 	struct soup soup = {.report = report};
@@ -232,6 +244,7 @@ bool repair_mesh(struct mesh *mesh, const struct repair_options *options, struct
 	triangulate(&soup, mesh);
 	clean(&soup, options->weld_relative);
 	if (soup.triangle_count == 0) {
+		mesh_free(&given);
 		soup_free(&soup);
 		return fault_set(fault, EX_BAD_INPUT, "no face has an area");
 	}
@@ -245,6 +258,10 @@ bool repair_mesh(struct mesh *mesh, const struct repair_options *options, struct
 	idx_t *component_of = soup_components(&soup, &component_count);
 	compact(mesh, &soup);
 	const bool good = describe(report, mesh, component_of, component_count, fault);
+	/* Vertices that an earlier repair took apart were welded and taken apart again: that is no repair. */
+	if (is_same(mesh, &given))
+		memset(report->count, 0, sizeof report->count);
+	mesh_free(&given);
 	free(component_of);
 	soup_free(&soup);
 	return good;

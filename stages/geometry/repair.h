@@ -36,7 +36,7 @@ void repair_report_free(struct repair_report *report);
 
 /* mesh becomes triangles, manifold, consistently oriented, closed components with positive volume. A component inside an odd
  * number of others keeps its orientation (negative: a void; positive: a body in a body); when it had none of its own, it
- * becomes a void. Vertices keep their order; copies made by cuts come last. Faults: nothing left. O(n log n). */
+ * becomes a void. When the result is what went in, all counts are 0. Vertices keep their order; copies made by cuts come last. Faults: nothing left. O(n log n). */
 bool repair_mesh(struct mesh *mesh, const struct repair_options *options, struct repair_report *report, struct fault *fault);
 
 #endif

@@ -623,7 +623,7 @@ static void random_soups(void **state)
 	}
 }
 
-/* Repairing what was repaired changes nothing more. */
+/* Repairing what was repaired changes nothing more, also where vertices in one place were taken apart. */
 static void repair_is_idempotent(void **state)
 {
 	(void)state;
@@ -631,17 +631,23 @@ static void repair_is_idempotent(void **state)
 	add_cube(&mesh, 0, 0, 0, 1);
 	add_cube(&mesh, 1, 0.25, 0.25, 0.5); /* touches the first cube's side */
 	add_cube(&mesh, 0, 0, 5, 1);
+	add_cube(&mesh, 1, 1, 5, 1); /* shares an edge with the one before */
+	add_cube(&mesh, 2, 2, 6, 1); /* shares a vertex with that */
 	unweld(&mesh);
 	for (size_t f = 0; f < mesh.face_count; f += 3)
 		swap(&mesh.corner[3 * f], &mesh.corner[3 * f + 1]);
 	struct repair_report report = repaired(&mesh), again;
+	assert_int_equal(report.count[REPAIR_NONMANIFOLD_EDGE_CUT], 1);
+	assert_int_equal(report.count[REPAIR_NONMANIFOLD_VERTEX_SPLIT], 1);
 	struct mesh copy = {mem_copy(mesh.xyz, 3 * mesh.vertex_count, sizeof *mesh.xyz), mesh.vertex_count,
 			    mem_copy(mesh.corner, 3 * mesh.face_count, sizeof *mesh.corner),
 			    mem_copy(mesh.face_start, mesh.face_count + 1, sizeof *mesh.face_start), mesh.face_count};
 	again = repaired(&copy);
 	EXPECT_ONLY(again, REPAIR_KIND_COUNT);
 	assert_int_equal(copy.face_count, mesh.face_count);
+	assert_int_equal(copy.vertex_count, mesh.vertex_count);
 	assert_memory_equal(copy.corner, mesh.corner, 3 * mesh.face_count * sizeof *mesh.corner);
+	assert_memory_equal(copy.xyz, mesh.xyz, 3 * mesh.vertex_count * sizeof *mesh.xyz);
 	done(&mesh, &report);
 	done(&copy, &again);
 }
