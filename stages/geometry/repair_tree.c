@@ -118,45 +118,54 @@ void box_tree_free(struct box_tree *tree)
 	*tree = (struct box_tree){0};
 }
 
-/* Does the segment come into the box, grown by reach on all sides? Slabs (Kay and Kajiya 1986). */
-static bool meets(const double *box, const double from[3], const double to[3], double reach)
+struct segment {
+	const double *from, *to;
+	double inverse[3]; /* 1 / (to - from) */
+	double reach;
+	void (*visit)(void *user, size_t item);
+	void *user;
+};
+
+/* Does the segment come into the box, grown by reach on all sides? Slabs (Kay and Kajiya 1986). Comparisons in place of
+ * fmin, which the compiler must call. */
+static bool meets(const double *box, const struct segment *segment)
 {
 	double enter = 0, leave = 1;
 	for (int i = 0; i < 3; i++) {
-		const double low = box[i] - reach, high = box[3 + i] + reach, along = to[i] - from[i];
-		if (along == 0) {
-			if (from[i] < low || from[i] > high)
+		const double start = segment->from[i], low = box[i] - segment->reach, high = box[3 + i] + segment->reach;
+		if (start == segment->to[i]) {
+			if (start < low || start > high)
 				return false;
 			continue;
 		}
-		const double first = (low - from[i]) / along, second = (high - from[i]) / along;
-		enter = fmax(enter, fmin(first, second));
-		leave = fmin(leave, fmax(first, second));
-		if (enter > leave)
-			return false;
+		const double a = (low - start) * segment->inverse[i], b = (high - start) * segment->inverse[i];
+		const double first = a < b ? a : b, second = a < b ? b : a;
+		enter = first > enter ? first : enter;
+		leave = second < leave ? second : leave;
 	}
-	return true;
+	return enter <= leave;
 }
 
 /* Returns the node behind this one's part. */
-static size_t walk(const struct box_tree *tree, size_t node, size_t low, size_t high, const double from[3], const double to[3],
-		   double reach, void (*visit)(void *user, size_t item), void *user)
+static size_t walk(const struct box_tree *tree, size_t node, size_t low, size_t high, const struct segment *segment)
 {
-	if (!meets(tree->box + 6 * node, from, to, reach))
+	if (!meets(tree->box + 6 * node, segment))
 		return tree->behind[node];
 	if (high - low <= LEAF_SIZE) {
 		for (size_t k = low; k < high; k++)
-			visit(user, tree->item[k]);
+			segment->visit(segment->user, tree->item[k]);
 		return node + 1;
 	}
 	const size_t middle = low + (high - low) / 2;
-	return walk(tree, walk(tree, node + 1, low, middle, from, to, reach, visit, user), middle, high, from, to, reach, visit,
-		    user);
+	return walk(tree, walk(tree, node + 1, low, middle, segment), middle, high, segment);
 }
 
 void box_tree_segment(const struct box_tree *tree, const double from[3], const double to[3], double reach,
 		      void (*visit)(void *user, size_t item), void *user)
 {
+	struct segment segment = {from, to, {0}, reach, visit, user};
+	for (int i = 0; i < 3; i++)
+		segment.inverse[i] = 1 / (to[i] - from[i]); /* unused where they are equal */
 	if (tree->node_count)
-		walk(tree, 0, 0, tree->item_count, from, to, reach, visit, user);
+		walk(tree, 0, 0, tree->item_count, &segment);
 }

@@ -190,6 +190,51 @@ static void simplify_stops_at_target(void **state)
 	free(triangle), free(xyz);
 }
 
+/* Height of the surface over (x, y), by the triangle that lies there. */
+static double height_at(const idx_t *triangle, long count, const double *xyz, double x, double y)
+{
+	for (long t = 0; t < count; t++) {
+		const double *p[3], least = -1e-9;
+		double w[3], sum = 0, z = 0;
+		for (int k = 0; k < 3; k++)
+			p[k] = xyz + 3 * (size_t)triangle[3 * t + k];
+		for (int k = 0; k < 3; k++) {
+			const double *b = p[(k + 1) % 3], *c = p[(k + 2) % 3];
+			w[k] = (b[0] - x) * (c[1] - y) - (b[1] - y) * (c[0] - x);
+			sum += w[k];
+		}
+		for (int k = 0; k < 3; k++)
+			z += w[k] / sum * p[k][2];
+		if (w[0] / sum >= least && w[1] / sum >= least && w[2] / sum >= least)
+			return z;
+	}
+	return NAN;
+}
+
+/* On a curved sheet the error is a squared distance: with a bound of e^2 no vertex that went away is much further than e
+ * from what is left, and far fewer triangles do. */
+static void simplify_keeps_its_error(void **state)
+{
+	(void)state;
+	for (double e = 1e-4; e < 2e-2; e *= 10) {
+		double *xyz, worst = 0;
+		char message[200];
+		idx_t *triangle = flat_grid(24, &xyz);
+		for (size_t v = 0; v < 625; v++)
+			xyz[3 * v + 2] = 0.4 * xyz[3 * v] * xyz[3 * v] - 0.3 * xyz[3 * v + 1] * xyz[3 * v + 1];
+		const long left = shim_simplify(triangle, 1152, xyz, 625, NULL, NULL, 0, e * e, 0, message, sizeof message);
+		for (size_t v = 0; v < 625; v++) {
+			const double z = height_at(triangle, left, xyz, xyz[3 * v], xyz[3 * v + 1]);
+			assert_false(isnan(z)); /* the square is still covered */
+			worst = fmax(worst, fabs(z - xyz[3 * v + 2]));
+		}
+		assert_true(worst < 4 * e);
+		if (e > 5e-4)
+			assert_true(left < 1152 / 4);
+		free(triangle), free(xyz);
+	}
+}
+
 static void simplify_refuses(void **state)
 {
 	(void)state;
@@ -214,6 +259,7 @@ int main(void)
 		cmocka_unit_test(simplify_square),
 		cmocka_unit_test(simplify_keeps_features),
 		cmocka_unit_test(simplify_stops_at_target),
+		cmocka_unit_test(simplify_keeps_its_error),
 		cmocka_unit_test(simplify_refuses),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
