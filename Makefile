@@ -1,6 +1,6 @@
 # Cagewright: one graph for everything. `make help` lists what can be made.
 #
-# Variables of the user: CC CXX CFLAGS LDFLAGS PREFIX DESTDIR BUILD BIN SAN JOBS DATA.
+# Variables of the user: CC CXX CFLAGS LDFLAGS PREFIX DESTDIR BUILD BIN SAN JOBS DATA V.
 # BUILD=build/asan SAN=address,undefined builds a sanitized variant beside the default one.
 
 BUILD ?= build
@@ -18,6 +18,9 @@ all_cxxflags = -std=c++17 -I. -Wall -Wextra $(WERROR) -ffp-contract=off -MMD -MP
 all_ldflags = -fopenmp -Wl,--as-needed $(if $(SAN),-fsanitize=$(SAN)) $(LDFLAGS)
 OPENMESH = -lOpenMeshTools -lOpenMeshCore
 LIBS = $(OPENMESH) -lembree3 -lcholmod -llapacke -lz -lpng -lOSMesa -lGLU -lm
+
+# What is done in one short line; V=1 shows the commands whole.
+say = $(if $(V),,@echo '  $(1)' && )
 
 STAGES := $(filter-out geometry tool,$(notdir $(patsubst %/,%,$(wildcard stages/*/))))
 MAINS := $(foreach s,$(STAGES),$(wildcard stages/$(s)/$(s).c))
@@ -97,16 +100,16 @@ deps-goal:
 
 $(BUILD)/%.c.o: %.c | $(deps_first)
 	@mkdir -p $(@D)
-	$(CC) $(CPPFLAGS) $(all_cflags) -c -o $@ $<
+	$(call say,$(CC) $<)$(CC) $(CPPFLAGS) $(all_cflags) -c -o $@ $<
 $(BUILD)/%.cpp.o: %.cpp | $(deps_first)
 	@mkdir -p $(@D)
-	$(CXX) $(CPPFLAGS) $(all_cxxflags) -c -o $@ $<
+	$(call say,$(CXX) $<)$(CXX) $(CPPFLAGS) $(all_cxxflags) -c -o $@ $<
 
 # One archive for formats and shared geometry, one for the methods of the stages; each tool pulls what it needs.
 $(BUILD)/libcagewright.a: $(LIB_OBJ) $(SHIM_OBJ)
-	rm -f $@ && $(AR) rcs $@ $^
+	$(call say,$(AR) $@)rm -f $@ && $(AR) rcs $@ $^
 $(BUILD)/libstages.a: $(KERNEL_OBJ)
-	rm -f $@ && $(AR) rcs $@ $^
+	$(call say,$(AR) $@)rm -f $@ && $(AR) rcs $@ $^
 
 # unpack is plain C and needs nothing but libc, libm and zlib: a link that asks for more fails.
 LINK = $(CXX)
@@ -115,7 +118,7 @@ $(BIN)/unpack: LIBS = -lz -lm
 define tool_rule
 $(BIN)/$(1): $(BUILD)/stages/$(1)/$(1).c.o $(BUILD)/libstages.a $(BUILD)/libcagewright.a
 	@mkdir -p $$(@D)
-	$$(LINK) $$(all_ldflags) -o $$@ $$< $(BUILD)/libstages.a $(BUILD)/libcagewright.a $$(LIBS)
+	$$(call say,link $$@)$$(LINK) $$(all_ldflags) -o $$@ $$< $(BUILD)/libstages.a $(BUILD)/libcagewright.a $$(LIBS)
 endef
 $(foreach m,$(MAINS),$(eval $(call tool_rule,$(basename $(notdir $(m))))))
 
@@ -124,22 +127,22 @@ $(foreach m,$(MAINS),$(eval $(call tool_rule,$(basename $(notdir $(m))))))
 FIXTURE_MAINS = tests/fixtures/parts.c tests/fixtures/ffxfiles.c
 FIXTURE_OBJ := $(patsubst %,$(BUILD)/%.o,$(filter-out $(FIXTURE_MAINS),$(wildcard tests/fixtures/*.c)))
 $(BUILD)/libfixtures.a: $(FIXTURE_OBJ)
-	rm -f $@ && $(AR) rcs $@ $^
+	$(call say,$(AR) $@)rm -f $@ && $(AR) rcs $@ $^
 $(BUILD)/parts: $(BUILD)/tests/fixtures/parts.c.o $(BUILD)/libfixtures.a $(BUILD)/libcagewright.a
-	$(CXX) $(all_ldflags) -o $@ $^ $(LIBS)
+	$(call say,link $@)$(CXX) $(all_ldflags) -o $@ $^ $(LIBS)
 # Writes the streams under tests/formats/ffx; to be run again when the tables of the coder change.
 $(BUILD)/ffxfiles: $(BUILD)/tests/fixtures/ffxfiles.c.o $(BUILD)/libcagewright.a
-	$(CXX) $(all_ldflags) -o $@ $^ -lcmocka $(LIBS)
+	$(call say,link $@)$(CXX) $(all_ldflags) -o $@ $^ -lcmocka $(LIBS)
 # Trains these tables: build/train cages > build/ffx_tables.c
 $(BUILD)/train: $(BUILD)/tests/train/train.c.o $(BUILD)/libcagewright.a
-	$(CXX) $(all_ldflags) -o $@ $^ $(LIBS)
+	$(call say,link $@)$(CXX) $(all_ldflags) -o $@ $^ $(LIBS)
 # Runs a command with bounds and says what it took.
 $(BUILD)/measured: $(BUILD)/tests/bench/measured.c.o
-	$(CC) $(all_ldflags) -o $@ $<
+	$(call say,link $@)$(CC) $(all_ldflags) -o $@ $<
 
 $(BUILD)/tests/%: $(BUILD)/tests/unit/%.c.o $(BUILD)/libfixtures.a $(BUILD)/libstages.a $(BUILD)/libcagewright.a
 	@mkdir -p $(@D)
-	$(CXX) $(all_ldflags) -o $@ $< $(BUILD)/libfixtures.a $(BUILD)/libstages.a $(BUILD)/libcagewright.a -lcmocka $(LIBS)
+	$(call say,link $@)$(CXX) $(all_ldflags) -o $@ $< $(BUILD)/libfixtures.a $(BUILD)/libstages.a $(BUILD)/libcagewright.a -lcmocka $(LIBS)
 
 # The longest first, so that both ends of the run are busy.
 SCRIPTS := $(wildcard tests/property/*.t tests/cli/*.t tests/golden/*.t)
@@ -204,10 +207,10 @@ build/lint/%.o: CFLAGS = -O1
 build/lint/%.o: WERROR = -Werror
 build/lint/gcc/%.c.o build/lint/clang/%.c.o: %.c | $(deps_first)
 	@mkdir -p $(@D)
-	$(CC) $(CPPFLAGS) $(all_cflags) -c -o $@ $<
+	$(call say,$(CC) $<)$(CC) $(CPPFLAGS) $(all_cflags) -c -o $@ $<
 build/lint/gcc/%.cpp.o build/lint/clang/%.cpp.o: %.cpp | $(deps_first)
 	@mkdir -p $(@D)
-	$(CXX) $(CPPFLAGS) $(all_cxxflags) -c -o $@ $<
+	$(call say,$(CXX) $<)$(CXX) $(CPPFLAGS) $(all_cxxflags) -c -o $@ $<
 lint-cppcheck: | $(deps_first)
 	@mkdir -p build/lint/cppcheck
 	cppcheck -q -j$(JOBS) --cppcheck-build-dir=build/lint/cppcheck --error-exitcode=1 --std=c11 --language=c -I. -D_GNU_SOURCE --inline-suppr \
