@@ -306,11 +306,9 @@ static double residual_row(double row[PARAMETER_MOST], const struct model *m, co
 	sub3(d, x, m->p);
 	if (m->kind == PATCH_SPHERE) {
 		const double length = normalise3(d);
-		if (row) {
-			for (int i = 0; i < 3; i++)
-				row[i] = -d[i];
-			row[3] = -1;
-		}
+		for (int i = 0; i < 3; i++)
+			row[i] = -d[i];
+		row[3] = -1;
 		return length - m->r1;
 	}
 	const double h = dot3(d, m->a);
@@ -318,25 +316,20 @@ static double residual_row(double row[PARAMETER_MOST], const struct model *m, co
 	add_scaled3(away, -h, m->a);
 	const double rho = normalise3(away), cu = dot3(away, m->u), cv = dot3(away, m->v);
 	if (m->kind == PATCH_CYLINDER) {
-		if (row)
-			row[0] = -cu, row[1] = -cv, row[2] = -h * cu, row[3] = -h * cv, row[4] = -1;
+		row[0] = -cu, row[1] = -cv, row[2] = -h * cu, row[3] = -h * cv, row[4] = -1;
 		return rho - m->r1;
 	}
 	if (m->kind == PATCH_CONE) {
 		const double c = m->c, s = m->s;
-		if (row) {
-			row[0] = -c * cu, row[1] = -c * cv;
-			row[2] = (-h * c - rho * s) * cu, row[3] = (-h * c - rho * s) * cv;
-			row[4] = -c, row[5] = -(rho - m->r1) * s - h * c;
-		}
+		row[0] = -c * cu, row[1] = -c * cv;
+		row[2] = (-h * c - rho * s) * cu, row[3] = (-h * c - rho * s) * cv;
+		row[4] = -c, row[5] = -(rho - m->r1) * s - h * c;
 		return (rho - m->r1) * c - h * s;
 	}
 	const double q = rho - m->r1, s = sqrt(q * q + h * h), f = s > 0 ? 1 / s : 0;
-	if (row) {
-		row[0] = -q * f * cu, row[1] = -q * f * cv, row[2] = -h * f;
-		row[3] = h * m->r1 * f * cu, row[4] = h * m->r1 * f * cv;
-		row[5] = -q * f, row[6] = -1;
-	}
+	row[0] = -q * f * cu, row[1] = -q * f * cv, row[2] = -h * f;
+	row[3] = h * m->r1 * f * cu, row[4] = h * m->r1 * f * cv;
+	row[5] = -q * f, row[6] = -1;
 	return s - m->r2;
 }
 
@@ -386,17 +379,27 @@ static bool model_sound(const struct model *m)
 	}
 }
 
-static double sum_of_squares(const struct model *m, const double *xyz, const double *weight, size_t count, const double centre[3], double scale)
+/* Sum of squared residuals with the normal equations of a Gauss-Newton step. */
+struct normal_equations {
+	double a[PARAMETER_MOST * PARAMETER_MOST], b[PARAMETER_MOST], error;
+};
+
+static void linearise(struct normal_equations *e, const struct model *m, int n, const double *xyz, const double *weight, size_t count, const double centre[3], double scale)
 {
-	double sum = 0;
+	*e = (struct normal_equations){0};
 	for (size_t i = 0; i < count; i++) {
-		double x[3];
+		double x[3], row[PARAMETER_MOST];
+		const double w = weight_of(weight, i);
 		for (int k = 0; k < 3; k++)
 			x[k] = (xyz[3 * i + k] - centre[k]) * scale;
-		const double r = residual_row(NULL, m, x);
-		sum += weight_of(weight, i) * r * r;
+		const double r = residual_row(row, m, x);
+		for (int j = 0; j < n; j++) {
+			for (int k = 0; k <= j; k++)
+				e->a[j * n + k] += w * row[j] * row[k];
+			e->b[j] -= w * row[j] * r;
+		}
+		e->error += w * r * r;
 	}
-	return sum;
 }
 
 static bool fit_plane(struct dense_patch *patch, const double *xyz, const double *weight, size_t count)
@@ -444,45 +447,34 @@ bool primitive_fit(struct dense_patch *patch, const double *xyz, const double *w
 	}
 	if (!model_sound(&m))
 		return false;
-	double damping = 1e-6, error = sum_of_squares(&m, xyz, weight, count, centre, scale);
-	for (int step = 0; step < (step_limit ? step_limit : STEP_DEFAULT); step++) {
-		double a[PARAMETER_MOST * PARAMETER_MOST] = {0}, b[PARAMETER_MOST] = {0};
-		for (size_t i = 0; i < count; i++) {
-			double x[3], row[PARAMETER_MOST];
-			const double w = weight_of(weight, i);
-			for (int k = 0; k < 3; k++)
-				x[k] = (xyz[3 * i + k] - centre[k]) * scale;
-			const double r = residual_row(row, &m, x);
-			for (int j = 0; j < n; j++) {
-				for (int k = 0; k <= j; k++)
-					a[j * n + k] += w * row[j] * row[k];
-				b[j] -= w * row[j] * r;
-			}
-		}
+	double damping = 1e-6;
+	struct normal_equations now, then;
+	linearise(&now, &m, n, xyz, weight, count, centre, scale);
+	const int steps = step_limit ? step_limit : STEP_DEFAULT;
+	bool is_settled = false;
+	for (int step = 0; step < steps && !is_settled; step++) {
 		double trace = 0;
 		for (int j = 0; j < n; j++)
-			trace += a[j * n + j];
+			trace += now.a[j * n + j];
 		bool better = false;
 		for (int tries = 0; tries < 5 && !better; tries++) {
 			double damped[PARAMETER_MOST * PARAMETER_MOST], move[PARAMETER_MOST];
-			memcpy(damped, a, sizeof damped);
+			memcpy(damped, now.a, sizeof damped);
 			for (int j = 0; j < n; j++)
-				damped[j * n + j] += damping * a[j * n + j] + 1e-14 * trace;
+				damped[j * n + j] += damping * now.a[j * n + j] + 1e-14 * trace;
 			struct model next = m;
-			double next_error = INFINITY;
-			if (solve_spd(move, damped, b, n)) {
+			then.error = INFINITY;
+			if (solve_spd(move, damped, now.b, n)) {
 				model_move(&next, move);
 				if (model_sound(&next))
-					next_error = sum_of_squares(&next, xyz, weight, count, centre, scale);
+					linearise(&then, &next, n, xyz, weight, count, centre, scale);
 			}
-			if (next_error <= error) {
-				const bool settled = error - next_error <= 1e-8 * error || next_error <= 1e-28 * (double)count;
+			if (then.error <= now.error) {
+				is_settled = now.error - then.error <= 1e-8 * now.error || then.error <= 1e-28 * (double)count;
 				better = true;
 				m = next;
-				error = next_error;
+				now = then;
 				damping = fmax(1e-12, damping / 10);
-				if (settled)
-					step = STEP_DEFAULT + step_limit; /* ends the outer loop */
 			} else {
 				damping = fmax(1e-4, damping * 10);
 			}

@@ -241,7 +241,7 @@ static bool guess_and_fit(struct grower *g, struct dense_patch *patch, enum patc
 		primitive_residual(patch, g->points, points, &largest, NULL);
 		if (largest <= most)
 			return true;
-		if (largest > 10 * most && largest > 0.5 * before)
+		if (largest > (largest > 10 * most ? 0.5 : 0.8) * before)
 			return false;
 		before = largest;
 	}

@@ -14,11 +14,14 @@
 #include "stages/segment/primitive_search.h"
 
 #define ROUNDS_MOST 6
+#define LEAST_PROGRESS 2e-3  /* share of the free area that a round must explain for another one */
 #define SIMPLER_SHARE 1.15   /* a surface with more parameters must explain so much more area */
 #define RING_FLATS_MOST 64
 #define NEIGHBOURS_MOST 5
 #define COARSE_FLATS 1500    /* a smooth part with fewer flats is searched facet by facet */
 #define MISSES_MOST 120      /* so many seeds of one smooth part without a surface worth it: it is free-form */
+#define STRIP_MISSES_MOST 15 /* after so many, the part is no strip of facets */
+#define MISSES_AT_FIRST 30   /* the same, when no seed has found anything yet */
 #define MISS_SHARE 5e-4
 #define TRIES_MOST 150       /* seeds a round, in a noisy smooth part */
 
@@ -41,6 +44,7 @@ struct search {
 	size_t *part_flats;      /* a smooth part: its flats */
 	double *part_area;       /* a smooth part: area that is free in this round */
 	int *part_tries, *part_regions; /* seeds in this round; regions of all rounds */
+	int *part_hits;          /* seeds that were worth it, of all rounds */
 	int *part_misses;        /* seeds in vain since the last success in this round */
 };
 
@@ -216,7 +220,8 @@ static struct proposal propose(struct search *s, idx_t flat)
 		best.turn_limit = 0.95;
 	}
 	if (neighbours > 0) {
-		const bool is_coarse = s->part_flats[s->facets->smooth_part[seed[0]]] < COARSE_FLATS;
+		const idx_t part = s->facets->smooth_part[seed[0]];
+		const bool is_coarse = s->part_flats[part] < COARSE_FLATS && s->part_misses[part] < STRIP_MISSES_MOST;
 		for (size_t want = 40; want >= 8; want /= 5)
 			if (collect_ring(s, flat, want) >= 3) {
 				double group_area = 0;
@@ -253,10 +258,10 @@ static void cover(struct search *s, const idx_t *part, size_t count)
 		s->is_covered[part[i]] = 1;
 }
 
-/* Take proposals by area; one whose triangles went to others is regrown in the rest and waits its turn. */
-static size_t accept(struct search *s, struct proposal *proposal, size_t count)
+/* Take proposals by area; one whose triangles went to others is regrown in the rest and waits its turn. Returns the area taken. */
+static double accept(struct search *s, struct proposal *proposal, size_t count)
 {
-	size_t accepted = 0;
+	double accepted = 0;
 	while (count) {
 		size_t most = 0;
 		for (size_t i = 1; i < count; i++)
@@ -275,7 +280,7 @@ static size_t accept(struct search *s, struct proposal *proposal, size_t count)
 			const idx_t label = regions_add(s->regions, &p.patch);
 			for (size_t i = 0; i < s->grower.region_count; i++)
 				s->regions->label[s->grower.region[i]] = label;
-			accepted++;
+			accepted += area;
 			s->part_regions[s->facets->smooth_part[seed[0]]]++;
 			proposal[most] = proposal[--count];
 		}
@@ -325,8 +330,8 @@ static void measure_depth(const struct search *s, int *depth, idx_t *queue)
 		depth[t] = depth[t] < 0 ? 8 : depth[t]; /* closed smooth part: no rim at all */
 }
 
-/* One round over what is left; returns how many regions it added. */
-static size_t search_round(struct search *s)
+/* One round over what is left; returns the share of it that was taken. */
+static double search_round(struct search *s)
 {
 	const struct facets *f = s->facets;
 	const size_t n = s->flats->count;
@@ -353,12 +358,14 @@ static size_t search_round(struct search *s)
 	for (size_t i = 0; i < n && s->grower.work < s->options->work_most; i++) {
 		const idx_t flat = order[i].flat, first = s->flats->member[s->flats->start[flat]];
 		int *misses = &s->part_misses[f->smooth_part[first]];
-		if (s->is_covered[first] || !is_free_flat(s, flat) || *misses >= MISSES_MOST)
+		if (s->is_covered[first] || !is_free_flat(s, flat) || *misses >= (s->part_hits[f->smooth_part[first]] ? MISSES_MOST : MISSES_AT_FIRST))
 			continue;
 		if (s->options->least_area > 0 && s->part_tries[f->smooth_part[first]]++ >= TRIES_MOST)
 			continue;
 		struct proposal p = propose(s, flat);
-		*misses = p.area > MISS_SHARE * f->total_area ? 0 : *misses + 1;
+		const bool is_hit = p.area > MISS_SHARE * f->total_area;
+		*misses = is_hit ? 0 : *misses + 1;
+		s->part_hits[f->smooth_part[first]] += is_hit;
 		if (!(p.area > 0)) {
 			collect_ring(s, flat, 6);
 			cover(s, s->group, s->group_count);
@@ -378,9 +385,12 @@ static size_t search_round(struct search *s)
 	free(order);
 	free(depth);
 	free(queue);
-	const size_t accepted = accept(s, proposal, proposals);
+	double left = 0;
+	for (size_t p = 0; p < f->smooth_part_count; p++)
+		left += s->part_area[p];
+	const double accepted = accept(s, proposal, proposals);
 	free(proposal);
-	return accepted;
+	return left > 0 ? accepted / left : 0;
 }
 
 /* Whole smooth parts that are one surface: most faces of most parts. */
@@ -449,12 +459,13 @@ void primitive_search(struct regions *regions, const struct flats *flats, const 
 	s.part_area = mem_array(f->smooth_part_count, sizeof *s.part_area);
 	s.part_tries = mem_array(f->smooth_part_count, sizeof *s.part_tries);
 	s.part_regions = mem_array(f->smooth_part_count, sizeof *s.part_regions);
+	s.part_hits = mem_array(f->smooth_part_count, sizeof *s.part_hits);
 	s.part_misses = mem_array(f->smooth_part_count, sizeof *s.part_misses);
 	for (size_t i = 0; i < flats->count; i++)
 		s.part_flats[f->smooth_part[flats->member[flats->start[i]]]]++;
 	take_whole_parts(&s);
 	for (int round = 0; round < ROUNDS_MOST && s.grower.work < options->work_most; round++)
-		if (search_round(&s) == 0)
+		if (search_round(&s) < LEAST_PROGRESS)
 			break;
 	grower_free(&s.grower);
 	free(s.is_covered);
@@ -464,5 +475,6 @@ void primitive_search(struct regions *regions, const struct flats *flats, const 
 	free(s.part_area);
 	free(s.part_tries);
 	free(s.part_regions);
+	free(s.part_hits);
 	free(s.part_misses);
 }
