@@ -99,6 +99,8 @@ int main(int argc, char **argv)
 	tool_check_schema(&ply, shown, "curv", CURV_SCHEMA);
 	if (!dense_from_ply(&dense, &ply, false, shown, &fault))
 		tool_fail(&fault);
+	if (dense.triangle_count == 0)
+		tool_die(EX_BAD_INPUT, "%s: no triangles to segment", shown);
 
 	struct facets facets;
 	struct regions regions;
