@@ -16,9 +16,8 @@
 #define SCHEMA 1
 #define KNOWN_FITPATCH_SCHEMA 1
 
-static const char usage[] =
-	"usage: assemble [-qv] [--planar length] [--no-tidy] [--binary] [--no-provenance]\n"
-	"                [-o file] [file]\n";
+static const char usage[] = "usage: assemble [-qv] [--planar length] [--no-tidy] [--binary] [--no-provenance]\n"
+			    "                [-o file] [file]\n";
 
 struct options {
 	struct tool_common common;
@@ -117,9 +116,10 @@ int main(int argc, char **argv)
 	size_t corners = 0;
 	for (size_t v = 0; v < cage.vertex_count; v++)
 		corners += cage.corner[v];
-	tool_say("%s: %zu vertices dissolved, %zu faces joined, %zu crease vertices dropped", shown, tidied.dissolved, tidied.merged, tidied.straightened);
-	tool_say("%s: %zu vertices, %zu faces, %zu creases, %zu border edges, %zu explicit corners", shown, cage.vertex_count, cage.face_count,
-	         cage.sharp_count, welded.border, corners);
+	tool_say("%s: %zu vertices dissolved, %zu faces joined, %zu crease vertices dropped", shown, tidied.dissolved,
+		 tidied.merged, tidied.straightened);
+	tool_say("%s: %zu vertices, %zu faces, %zu creases, %zu border edges, %zu explicit corners", shown, cage.vertex_count,
+		 cage.face_count, cage.sharp_count, welded.border, corners);
 
 	/* the network's points and curves are the cage's now; what the clean-up took away they would still name */
 	ply_drop_element(&document, "netpoint");

@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-void polymesh_init(struct polymesh *mesh, const double *xyz, size_t vertex_count, const idx_t *corner, const size_t *face_start, const idx_t *face_patch,
-                   size_t face_count)
+void polymesh_init(struct polymesh *mesh, const double *xyz, size_t vertex_count, const idx_t *corner, const size_t *face_start,
+		   const idx_t *face_patch, size_t face_count)
 {
 	const size_t n = face_start[face_count];
 	*mesh = (struct polymesh){.vertex_count = vertex_count, .face_count = face_count, .half_count = n};
@@ -50,7 +50,8 @@ void polymesh_copy(struct polymesh *to, const struct polymesh *from)
 
 void polymesh_free(struct polymesh *mesh)
 {
-	free(mesh->xyz), free(mesh->corner), free(mesh->origin), free(mesh->next), free(mesh->previous), free(mesh->face), free(mesh->twin);
+	free(mesh->xyz), free(mesh->corner), free(mesh->origin), free(mesh->next), free(mesh->previous), free(mesh->face),
+		free(mesh->twin);
 	free(mesh->sharp), free(mesh->half_gone), free(mesh->face_patch), free(mesh->face_half);
 	*mesh = (struct polymesh){0};
 }
@@ -111,13 +112,15 @@ static size_t find_root(size_t *parent, size_t i)
 
 size_t polymesh_euler(long **euler, const struct polymesh *mesh)
 {
-	size_t *parent = mem_array(mesh->face_count, sizeof *parent), *number = mem_array(mesh->face_count, sizeof *number), count = 0;
+	size_t *parent = mem_array(mesh->face_count, sizeof *parent), *number = mem_array(mesh->face_count, sizeof *number),
+	       count = 0;
 	for (size_t f = 0; f < mesh->face_count; f++)
 		parent[f] = f;
 	for (size_t h = 0; h < mesh->half_count; h++) {
 		if (mesh->half_gone[h] || mesh->twin[h] == NO_INDEX)
 			continue;
-		const size_t a = find_root(parent, (size_t)mesh->face[h]), b = find_root(parent, (size_t)mesh->face[mesh->twin[h]]);
+		const size_t a = find_root(parent, (size_t)mesh->face[h]),
+			     b = find_root(parent, (size_t)mesh->face[mesh->twin[h]]);
 		parent[a > b ? a : b] = a > b ? b : a;
 	}
 	for (size_t f = 0; f < mesh->face_count; f++)

@@ -11,20 +11,20 @@
 /* Half-edge h runs from origin[h] to origin[next[h]], its face on the left. */
 struct polymesh {
 	size_t vertex_count, face_count, half_count;
-	double *xyz;              /* 3 a vertex */
-	unsigned char *corner;    /* a vertex: explicit corner */
+	double *xyz;           /* 3 a vertex */
+	unsigned char *corner; /* a vertex: explicit corner */
 	idx_t *origin, *next, *previous, *face;
-	idx_t *twin;              /* NO_INDEX at a border */
-	bool *sharp;              /* a half-edge: crease, set on both twins; border edges count as creases everywhere */
+	idx_t *twin; /* NO_INDEX at a border */
+	bool *sharp; /* a half-edge: crease, set on both twins; border edges count as creases everywhere */
 	idx_t *face_patch;
-	idx_t *face_half;         /* one half-edge of each face, NO_INDEX when the face is gone */
+	idx_t *face_half; /* one half-edge of each face, NO_INDEX when the face is gone */
 	bool *half_gone;
 };
 
 /* Room for everything; origin, next, previous, face, face_half are laid out from the lists (as in struct cage), twin is
  * NO_INDEX, nothing is sharp. */
-void polymesh_init(struct polymesh *mesh, const double *xyz, size_t vertex_count, const idx_t *corner, const size_t *face_start, const idx_t *face_patch,
-                   size_t face_count);
+void polymesh_init(struct polymesh *mesh, const double *xyz, size_t vertex_count, const idx_t *corner, const size_t *face_start,
+		   const idx_t *face_patch, size_t face_count);
 void polymesh_copy(struct polymesh *to, const struct polymesh *from);
 void polymesh_free(struct polymesh *mesh);
 

@@ -128,7 +128,8 @@ static bool shared_chain(idx_t *first, idx_t *last, const struct polymesh *mesh,
 	const idx_t g = mesh->face[mesh->twin[h]];
 	size_t chain = 1, shared = 0, sides = 0;
 	*first = *last = h;
-	while (chain < TIDY_MOST_CORNERS && mesh->twin[mesh->next[*last]] != NO_INDEX && mesh->next[mesh->twin[mesh->next[*last]]] == mesh->twin[*last])
+	while (chain < TIDY_MOST_CORNERS && mesh->twin[mesh->next[*last]] != NO_INDEX &&
+	       mesh->next[mesh->twin[mesh->next[*last]]] == mesh->twin[*last])
 		*last = mesh->next[*last], chain++;
 	while (chain < TIDY_MOST_CORNERS && mesh->twin[mesh->previous[*first]] != NO_INDEX &&
 	       mesh->previous[mesh->twin[mesh->previous[*first]]] == mesh->twin[*first])
@@ -158,7 +159,8 @@ static size_t union_corners(idx_t *corner, const struct polymesh *mesh, idx_t fi
 static void join_faces(struct polymesh *mesh, idx_t first, idx_t last)
 {
 	const idx_t keep = mesh->face[first], drop = mesh->face[mesh->twin[first]];
-	const idx_t a = mesh->previous[first], b = mesh->next[mesh->twin[first]], c = mesh->previous[mesh->twin[last]], d = mesh->next[last];
+	const idx_t a = mesh->previous[first], b = mesh->next[mesh->twin[first]], c = mesh->previous[mesh->twin[last]],
+		    d = mesh->next[last];
 	for (idx_t h = b; h != mesh->twin[last]; h = mesh->next[h])
 		mesh->face[h] = keep;
 	for (idx_t h = first;; h = mesh->next[h]) {
@@ -194,7 +196,8 @@ static bool try_join(struct polymesh *mesh, idx_t h, double planar, double least
 	if (polygon_star(mesh->xyz, corner, n, normal) < least_star)
 		return false;
 	/* starts of the chain's end edges: first at one end, the twin of last at the other */
-	if (!sector_in_plane(mesh, first, centre, normal, planar) || !sector_in_plane(mesh, mesh->twin[last], centre, normal, planar))
+	if (!sector_in_plane(mesh, first, centre, normal, planar) ||
+	    !sector_in_plane(mesh, mesh->twin[last], centre, normal, planar))
 		return false;
 	for (idx_t e = first; e != last; e = mesh->next[e])
 		if (!sector_in_plane(mesh, mesh->next[e], centre, normal, planar))
@@ -239,9 +242,11 @@ static size_t join_in_order(struct polymesh *mesh, double planar, size_t which, 
 	struct candidate *candidate = mem_array(mesh->half_count, sizeof *candidate);
 	size_t count = 0, joined = 0;
 	for (size_t h = 0; h < mesh->half_count; h++)
-		if (!mesh->half_gone[h] && !polymesh_is_crease(mesh, (idx_t)h) && mesh->twin[h] > (idx_t)h && (!only || only[patch_of(mesh, (idx_t)h)] == which))
+		if (!mesh->half_gone[h] && !polymesh_is_crease(mesh, (idx_t)h) && mesh->twin[h] > (idx_t)h &&
+		    (!only || only[patch_of(mesh, (idx_t)h)] == which))
 			candidate[count++] = (struct candidate){
-				order[which].sign * distance3(mesh->xyz + 3 * (size_t)mesh->origin[h], mesh->xyz + 3 * (size_t)target_of(mesh, (idx_t)h)),
+				order[which].sign * distance3(mesh->xyz + 3 * (size_t)mesh->origin[h],
+							      mesh->xyz + 3 * (size_t)target_of(mesh, (idx_t)h)),
 				(idx_t)h};
 	qsort(candidate, count, sizeof *candidate, compare_candidates);
 	for (size_t pass = order[which].level_count; pass-- > 0;)
@@ -437,7 +442,8 @@ static size_t straighten(struct polymesh *mesh, double planar)
 					kept[m++] = corner[i];
 			double centre[3], normal[3];
 			polygon_plane(centre, normal, mesh->xyz, corner, n);
-			good = polygon_flatness(mesh->xyz, corner, n) <= planar && polygon_star(mesh->xyz, kept, m, normal) >= LEAST_STAR;
+			good = polygon_flatness(mesh->xyz, corner, n) <= planar &&
+			       polygon_star(mesh->xyz, kept, m, normal) >= LEAST_STAR;
 		}
 		if (!good)
 			continue;

@@ -41,8 +41,8 @@ static const struct side *find_side(const struct side *side, size_t count, const
 }
 
 /* Vertex of the welded mesh for each vertex of the local cages: network points first, then the others, both in order. */
-static idx_t *name_vertices(size_t *vertex_count, size_t *unused, double **xyz, idx_t **net_of, const struct cage *cage, const struct network *network,
-                            struct fault *fault)
+static idx_t *name_vertices(size_t *vertex_count, size_t *unused, double **xyz, idx_t **net_of, const struct cage *cage,
+			    const struct network *network, struct fault *fault)
 {
 	idx_t *point_name = mem_array(network->vertex_count, sizeof *point_name);
 	for (size_t v = 0; v < cage->vertex_count; v++) {
@@ -65,7 +65,7 @@ static idx_t *name_vertices(size_t *vertex_count, size_t *unused, double **xyz, 
 		}
 		memcpy(*xyz + 3 * *vertex_count, network->xyz + 3 * i, 3 * sizeof **xyz);
 		(*net_of)[*vertex_count] = (idx_t)i;
-		point_name[i] = (idx_t)++*vertex_count; /* plus one: 0 stays "unused" */
+		point_name[i] = (idx_t)++ * vertex_count; /* plus one: 0 stays "unused" */
 	}
 	idx_t *name = mem_array(cage->vertex_count, sizeof *name);
 	for (size_t v = 0; v < cage->vertex_count; v++) {
@@ -90,15 +90,17 @@ static struct side *curve_sides(size_t *count, const struct network *network, st
 	for (size_t c = 0; c < network->curve_count; c++) {
 		const struct curve *curve = network->curve + c;
 		for (size_t i = 0; i + !curve->closed < curve->count; i++) {
-			const idx_t a = network->point[curve->first + i], b = network->point[curve->first + (i + 1) % curve->count];
+			const idx_t a = network->point[curve->first + i],
+				    b = network->point[curve->first + (i + 1) % curve->count];
 			side[(*count)++] = (struct side){a < b ? a : b, a < b ? b : a, (idx_t)c};
 		}
 	}
 	qsort(side, *count, sizeof *side, compare_sides);
 	for (size_t i = 1; i < *count; i++)
 		if (is_same_edge(side + i - 1, side + i)) {
-			fault_set(fault, EX_BAD_INPUT, "curves %" PRIidx " and %" PRIidx " both have the control edge %" PRIidx " %" PRIidx, side[i - 1].item,
-			          side[i].item, side[i].low, side[i].high);
+			fault_set(fault, EX_BAD_INPUT,
+				  "curves %" PRIidx " and %" PRIidx " both have the control edge %" PRIidx " %" PRIidx,
+				  side[i - 1].item, side[i].item, side[i].low, side[i].high);
 			free(side);
 			return NULL;
 		}
@@ -109,13 +111,14 @@ static struct side *curve_sides(size_t *count, const struct network *network, st
 static void describe(char text[120], const struct side *edge, const struct side *curve, const idx_t *net_of)
 {
 	if (curve)
-		snprintf(text, 120, "control edge %" PRIidx " %" PRIidx " of curve %" PRIidx, curve->low, curve->high, curve->item);
+		snprintf(text, 120, "control edge %" PRIidx " %" PRIidx " of curve %" PRIidx, curve->low, curve->high,
+			 curve->item);
 	else
 		snprintf(text, 120, "inner control edge %" PRIidx " %" PRIidx, net_of[edge->low], net_of[edge->high]);
 }
 
-static bool pair_sides(struct polymesh *mesh, size_t *border, const struct side *side, const struct side *of_curve, size_t curve_side_count,
-                       const struct network *network, const idx_t *net_of, struct fault *fault)
+static bool pair_sides(struct polymesh *mesh, size_t *border, const struct side *side, const struct side *of_curve,
+		       size_t curve_side_count, const struct network *network, const idx_t *net_of, struct fault *fault)
 {
 	for (size_t i = 0, j; i < mesh->half_count; i = j) {
 		for (j = i; j < mesh->half_count && is_same_edge(side + j, side + i); j++)
@@ -123,7 +126,8 @@ static bool pair_sides(struct polymesh *mesh, size_t *border, const struct side 
 		const idx_t h = side[i].item, g = j - i > 1 ? side[i + 1].item : NO_INDEX;
 		const idx_t a = net_of[side[i].low], b = net_of[side[i].high], patch = mesh->face_patch[mesh->face[h]];
 		const struct side in_network = {a < b ? a : b, a < b ? b : a, 0};
-		const struct side *curve = a != NO_INDEX && b != NO_INDEX ? find_side(of_curve, curve_side_count, &in_network) : NULL;
+		const struct side *curve =
+			a != NO_INDEX && b != NO_INDEX ? find_side(of_curve, curve_side_count, &in_network) : NULL;
 		const enum curve_kind kind = curve ? network->curve[curve->item].kind : CURVE_SMOOTH;
 		char edge[120];
 		describe(edge, side + i, curve, net_of);
@@ -131,13 +135,15 @@ static bool pair_sides(struct polymesh *mesh, size_t *border, const struct side 
 			return fault_set(fault, EX_BAD_INPUT, "patch %" PRIidx ": %s has %zu faces", patch, edge, j - i);
 		if (j - i == 1) {
 			if (!curve || network->curve[curve->item].right >= 0)
-				return fault_set(fault, EX_BAD_INPUT, "patch %" PRIidx ": crack: %s has a face on one side only", patch, edge);
+				return fault_set(fault, EX_BAD_INPUT, "patch %" PRIidx ": crack: %s has a face on one side only",
+						 patch, edge);
 			++*border;
 			continue;
 		}
 		if (mesh->origin[h] == mesh->origin[g])
-			return fault_set(fault, EX_BAD_INPUT, "patches %" PRIidx " and %" PRIidx ": two faces run along the %s the same way", patch,
-			                 mesh->face_patch[mesh->face[g]], edge);
+			return fault_set(fault, EX_BAD_INPUT,
+					 "patches %" PRIidx " and %" PRIidx ": two faces run along the %s the same way", patch,
+					 mesh->face_patch[mesh->face[g]], edge);
 		mesh->twin[h] = g, mesh->twin[g] = h;
 		mesh->sharp[h] = mesh->sharp[g] = curve && kind != CURVE_SMOOTH;
 	}
@@ -155,7 +161,8 @@ static bool check_faces(const struct cage *cage, const idx_t *corner, const idx_
 {
 	size_t most = 0;
 	for (size_t f = 0; f < cage->face_count; f++)
-		most = cage->face_start[f + 1] - cage->face_start[f] > most ? cage->face_start[f + 1] - cage->face_start[f] : most;
+		most = cage->face_start[f + 1] - cage->face_start[f] > most ? cage->face_start[f + 1] - cage->face_start[f]
+									    : most;
 	idx_t *sorted = mem_array(most, sizeof *sorted);
 	bool ok = true;
 	for (size_t f = 0; f < cage->face_count && ok; f++) {
@@ -164,24 +171,27 @@ static bool check_faces(const struct cage *cage, const idx_t *corner, const idx_
 		qsort(sorted, count, sizeof *sorted, compare_indices);
 		for (size_t i = 1; i < count && ok; i++)
 			if (sorted[i] == sorted[i - 1])
-				ok = fault_set(fault, EX_BAD_INPUT, "patch %" PRIidx ": face %zu has network point %" PRIidx " twice", cage->face_patch[f], f,
-				               net_of[sorted[i]]);
+				ok = fault_set(fault, EX_BAD_INPUT,
+					       "patch %" PRIidx ": face %zu has network point %" PRIidx " twice",
+					       cage->face_patch[f], f, net_of[sorted[i]]);
 	}
 	free(sorted);
 	return ok;
 }
 
 /* Every control edge of every curve has a face. */
-static bool check_curves(const struct side *of_curve, size_t count, const struct network *network, const struct side *side, size_t half_count,
-                         const idx_t *name_of_point, struct fault *fault)
+static bool check_curves(const struct side *of_curve, size_t count, const struct network *network, const struct side *side,
+			 size_t half_count, const idx_t *name_of_point, struct fault *fault)
 {
 	for (size_t i = 0; i < count; i++) {
 		const idx_t a = name_of_point[of_curve[i].low], b = name_of_point[of_curve[i].high];
 		const struct side wanted = {a < b ? a : b, a < b ? b : a, 0};
 		if (a == NO_INDEX || b == NO_INDEX || !find_side(side, half_count, &wanted)) {
 			const struct curve *curve = network->curve + of_curve[i].item;
-			return fault_set(fault, EX_BAD_INPUT, "curve %" PRIidx " between patches %" PRIidx " and %" PRIidx ": no face has its control edge %" PRIidx " %" PRIidx,
-			                 of_curve[i].item, curve->left, curve->right, of_curve[i].low, of_curve[i].high);
+			return fault_set(fault, EX_BAD_INPUT,
+					 "curve %" PRIidx " between patches %" PRIidx " and %" PRIidx
+					 ": no face has its control edge %" PRIidx " %" PRIidx,
+					 of_curve[i].item, curve->left, curve->right, of_curve[i].low, of_curve[i].high);
 		}
 	}
 	return true;
@@ -204,7 +214,8 @@ static void mark_corners(struct polymesh *mesh, const struct network *network, c
 	free(creases);
 }
 
-bool weld(struct polymesh *mesh, struct weld_report *report, const struct cage *cage, const struct network *network, struct fault *fault)
+bool weld(struct polymesh *mesh, struct weld_report *report, const struct cage *cage, const struct network *network,
+	  struct fault *fault)
 {
 	*report = (struct weld_report){0};
 	*mesh = (struct polymesh){0};

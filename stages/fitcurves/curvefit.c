@@ -9,9 +9,9 @@
 #include <string.h>
 
 #include "formats/memory.h"
+#include "stages/fitcurves/curvestep.h"
 #include "stages/fitcurves/knots.h"
 #include "stages/geometry/curve.h"
-#include "stages/geometry/sqdist.h"
 #include "stages/geometry/vector.h"
 
 /* Samples of a span between two knots: level 4 of subdivision. */
@@ -69,7 +69,9 @@ static void interpolate(struct curvefit *fit, const struct polyline *line)
 	for (int round = 0; round < 50; round++)
 		for (size_t i = fit->closed ? 0 : 1; i < (fit->closed ? n : n - 1); i++)
 			for (size_t k = 0; k < 3; k++)
-				fit->xyz[3 * i + k] = (6 * limit[3 * i + k] - fit->xyz[3 * ((i + n - 1) % n) + k] - fit->xyz[3 * ((i + 1) % n) + k]) / 4;
+				fit->xyz[3 * i + k] = (6 * limit[3 * i + k] - fit->xyz[3 * ((i + n - 1) % n) + k] -
+						       fit->xyz[3 * ((i + 1) % n) + k]) /
+						      4;
 	free(limit);
 }
 
@@ -79,14 +81,8 @@ static double span_end(const struct curvefit *fit, const struct polyline *line, 
 	return i + 1 < fit->count ? fit->arc[i + 1] : fit->arc[0] + line->length;
 }
 
-struct sample {
-	double u, point[3], weight;
-	struct polyline_foot foot;
-	bool reverse; /* from a vertex of the target to the curve: foot.point is the vertex */
-};
-
 struct samples {
-	struct sample *sample;
+	struct curvesample *sample;
 	size_t count, forward_count;
 	double energy;
 };
@@ -97,7 +93,8 @@ static double allowed_max(const struct polyline *line, const struct curvefit_opt
 }
 
 /* Nearest point of the sampled curve to target vertex v, among the spans around its arc length. */
-static double reverse_distance(double *u, double point[3], const struct curvefit *fit, const struct polyline *line, const struct sample *forward, size_t spans, size_t v)
+static double reverse_distance(double *u, double point[3], const struct curvefit *fit, const struct polyline *line,
+			       const struct curvesample *forward, size_t spans, size_t v)
 {
 	double arc = line->arc[v];
 	if (fit->closed && arc < fit->arc[0])
@@ -124,7 +121,7 @@ static double reverse_distance(double *u, double point[3], const struct curvefit
 				break;
 			at = 0;
 		}
-		const struct sample *a = forward + at, *b = forward + (fit->closed ? (at + 1) % all : at + 1);
+		const struct curvesample *a = forward + at, *b = forward + (fit->closed ? (at + 1) % all : at + 1);
 		double d[3], w[3];
 		sub3(d, b->point, a->point);
 		sub3(w, p, a->point);
@@ -147,14 +144,15 @@ static double reverse_distance(double *u, double point[3], const struct curvefit
 }
 
 /* Samples of the curve with foot points, target vertices with theirs; fills the fit's errors. */
-static void take_samples(struct samples *s, struct curvefit *fit, const struct polyline *line, const struct curvefit_options *options)
+static void take_samples(struct samples *s, struct curvefit *fit, const struct polyline *line,
+			 const struct curvefit_options *options)
 {
 	const size_t n = fit->count, spans = fit->closed ? n : n - 1;
 	s->forward_count = spans * SPAN_SAMPLES + !fit->closed;
 	s->count = s->forward_count;
 	s->energy = 0;
 	for (size_t k = 0; k < s->forward_count; k++) {
-		struct sample *sample = s->sample + k;
+		struct curvesample *sample = s->sample + k;
 		size_t span = k / SPAN_SAMPLES;
 		if (span == spans)
 			span--;
@@ -171,10 +169,12 @@ static void take_samples(struct samples *s, struct curvefit *fit, const struct p
 	fit->error = 0;
 	double worst = 0;
 	for (size_t k = 0; k < s->forward_count; k++) {
-		struct sample *sample = s->sample + k;
+		struct curvesample *sample = s->sample + k;
 		const size_t before = k > 0 ? k - 1 : fit->closed ? s->forward_count - 1 : 0;
 		const size_t after = k + 1 < s->forward_count ? k + 1 : fit->closed ? 0 : k;
-		sample->weight = (distance3(sample->point, s->sample[before].point) + distance3(sample->point, s->sample[after].point)) / 2;
+		sample->weight =
+			(distance3(sample->point, s->sample[before].point) + distance3(sample->point, s->sample[after].point)) /
+			2;
 		const double d = sample->foot.distance, most = allowed_max(line, options, sample->foot.segment);
 		sum += sample->weight * d;
 		allowed += sample->weight * fmax(options->mean, line->slack[sample->foot.segment] / 2);
@@ -197,8 +197,8 @@ static void take_samples(struct samples *s, struct curvefit *fit, const struct p
 		if (d / most > worst)
 			worst = d / most, fit->worst_arc = line->arc[v];
 		if (d > 0.7 * most) { /* cut corners pull; where the curve runs well, its own samples say all */
-			struct sample *sample = s->sample + s->count++;
-			*sample = (struct sample){.u = u, .weight = weight, .reverse = true};
+			struct curvesample *sample = s->sample + s->count++;
+			*sample = (struct curvesample){.u = u, .weight = weight, .reverse = true};
 			copy3(sample->point, point);
 			copy3(sample->foot.point, line->xyz + 3 * v);
 			copy3(sample->foot.tangent, line->tangent + 3 * v);
@@ -210,7 +210,7 @@ static void take_samples(struct samples *s, struct curvefit *fit, const struct p
 
 static struct samples samples_new(const struct curvefit *fit, const struct polyline *line)
 {
-	return (struct samples){.sample = mem_array(fit->count * SPAN_SAMPLES + 1 + line->count, sizeof(struct sample))};
+	return (struct samples){.sample = mem_array(fit->count * SPAN_SAMPLES + 1 + line->count, sizeof(struct curvesample))};
 }
 
 /* Let the knots' arcs follow their foot points, as long as they stay in order. */
@@ -235,102 +235,6 @@ static void follow_knots(struct curvefit *fit, const struct polyline *line, cons
 	free(arc);
 }
 
-/* --- normal equations -------------------------------------------------------------------------------------------- */
-
-/* Lower triangle, rows start at their first entry that may differ from 0 (envelope); Cholesky keeps the envelope. */
-struct system {
-	size_t size;   /* 3 a free point */
-	double *a, *b; /* size * size, size */
-	size_t *first;
-};
-
-static bool cholesky_solve(struct system *sys)
-{
-	const size_t m = sys->size;
-	for (size_t r = 0; r < m; r++) {
-		double *row = sys->a + r * m;
-		for (size_t c = sys->first[r]; c <= r; c++) {
-			const double *other = sys->a + c * m;
-			double sum = row[c];
-			for (size_t k = sys->first[r] > sys->first[c] ? sys->first[r] : sys->first[c]; k < c; k++)
-				sum -= row[k] * other[k];
-			if (c < r)
-				row[c] = sum / other[c];
-			else if (sum > 0)
-				row[c] = sqrt(sum);
-			else
-				return false;
-		}
-	}
-	for (size_t r = 0; r < m; r++) {
-		for (size_t k = sys->first[r]; k < r; k++)
-			sys->b[r] -= sys->a[r * m + k] * sys->b[k];
-		sys->b[r] /= sys->a[r * m + r];
-	}
-	for (size_t r = m; r-- > 0;) {
-		sys->b[r] /= sys->a[r * m + r];
-		for (size_t k = sys->first[r]; k < r; k++)
-			sys->b[k] -= sys->a[r * m + k] * sys->b[r];
-	}
-	return true;
-}
-
-/* One step of the minimisation from the sampled state; false when the matrix is not positive definite. */
-static bool step(double *xyz_out, const struct curvefit *fit, const struct samples *s, double proximal)
-{
-	const size_t n = fit->count, offset = fit->closed ? 0 : 1, free_count = fit->closed ? n : n - 2, m = 3 * free_count;
-	static const size_t packed[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
-	struct system sys = {.size = m, .a = mem_array(m * m, sizeof(double)), .b = mem_array(m, sizeof(double)), .first = mem_array(m, sizeof(size_t))};
-	for (size_t r = 0; r < m; r++) {
-		const size_t block = r / 3;
-		sys.first[r] = block < 3 || (fit->closed && block + 3 >= n) ? 0 : 3 * (block - 3);
-	}
-	for (size_t k = 0; k < s->count; k++) {
-		const struct sample *sample = s->sample + k;
-		size_t index[4];
-		double coefficient[4], metric[6], delta[3], target[3];
-		const size_t used = curve_row(index, coefficient, n, fit->closed, sample->u);
-		sub3(delta, sample->point, sample->foot.point);
-		sqdist_curve(metric, sample->foot.tangent, sample->foot.curvature, delta, SQDIST_SIDED);
-		copy3(target, sample->foot.point);
-		for (size_t i = 0; i < used; i++)
-			if (index[i] < offset || index[i] >= offset + free_count)
-				add_scaled3(target, -coefficient[i], fit->xyz + 3 * index[i]);
-		for (size_t i = 0; i < used; i++) {
-			if (index[i] < offset || index[i] >= offset + free_count)
-				continue;
-			const size_t row = 3 * (index[i] - offset);
-			for (size_t c = 0; c < 3; c++) {
-				double *b = sys.b + row + c;
-				for (size_t d = 0; d < 3; d++)
-					*b += sample->weight * coefficient[i] * metric[packed[c][d]] * target[d];
-				for (size_t j = 0; j < used; j++) {
-					if (index[j] < offset || index[j] >= offset + free_count || index[j] > index[i])
-						continue;
-					const size_t column = 3 * (index[j] - offset);
-					for (size_t d = 0; d < (j == i ? c + 1 : 3); d++)
-						sys.a[(row + c) * m + column + d] += sample->weight * coefficient[i] * coefficient[j] * metric[packed[c][d]];
-				}
-			}
-		}
-	}
-	double trace = 0;
-	for (size_t r = 0; r < m; r++)
-		trace += sys.a[r * m + r];
-	const double weight = proximal * trace / (double)m;
-	for (size_t r = 0; r < m; r++) {
-		sys.a[r * m + r] += weight;
-		sys.b[r] += weight * fit->xyz[3 * offset + r];
-	}
-	const bool ok = cholesky_solve(&sys);
-	if (ok) {
-		memcpy(xyz_out, fit->xyz, 3 * n * sizeof *xyz_out);
-		memcpy(xyz_out + 3 * offset, sys.b, m * sizeof *xyz_out);
-	}
-	free(sys.a), free(sys.b), free(sys.first);
-	return ok;
-}
-
 /* Iterate from the fit's points; leaves the best state by ratio. */
 static void optimise(struct curvefit *fit, const struct polyline *line, const struct curvefit_options *options, int iterations)
 {
@@ -346,7 +250,7 @@ static void optimise(struct curvefit *fit, const struct polyline *line, const st
 		const double energy = now.energy;
 		for (int k = 0; k < PROXIMAL_TRIALS && !better; k++, proximal *= PROXIMAL_GROWTH) {
 			fit_copy(&trial, fit);
-			if (!step(trial.xyz, fit, &now, proximal))
+			if (!curvestep(trial.xyz, fit, now.sample, now.count, proximal))
 				continue;
 			take_samples(&next, &trial, line, options);
 			better = next.energy < energy;
@@ -377,7 +281,8 @@ void curvefit_measure(struct curvefit *fit, const struct polyline *line, struct 
 
 /* --- strategies -------------------------------------------------------------------------------------------------- */
 
-void curvefit_from(struct curvefit *fit, const struct polyline *line, struct curvefit_options options, const double *arc, size_t count)
+void curvefit_from(struct curvefit *fit, const struct polyline *line, struct curvefit_options options, const double *arc,
+		   size_t count)
 {
 	fit_alloc(fit, count, line->closed);
 	memcpy(fit->arc, arc, count * sizeof *arc);
@@ -452,7 +357,8 @@ static void prune(struct curvefit *fit, const struct polyline *line, const struc
 		for (size_t i = first; i < last; i++) {
 			double p[3], limit[3];
 			const size_t before = (i + n - 1) % n, after = (i + 1) % n;
-			const double from = fit->arc[before] - (i == 0 ? line->length : 0), to = fit->arc[after] + (i + 1 == n ? line->length : 0);
+			const double from = fit->arc[before] - (i == 0 ? line->length : 0),
+				     to = fit->arc[after] + (i + 1 == n ? line->length : 0);
 			const double t = to > from ? (fit->arc[i] - from) / (to - from) : 0.5;
 			curve_limit(limit, fit->xyz, n, fit->closed, i);
 			for (size_t k = 0; k < 3; k++)
@@ -477,7 +383,8 @@ static void prune(struct curvefit *fit, const struct polyline *line, const struc
 }
 
 /* From the curvature maxima, with insertion at the worst place. At most most points; false when that is not enough. */
-static bool fit_by_insertion(struct curvefit *fit, const struct polyline *line, const struct curvefit_options *options, size_t most)
+static bool fit_by_insertion(struct curvefit *fit, const struct polyline *line, const struct curvefit_options *options,
+			     size_t most)
 {
 	double arc[CURVEFIT_MOST_POINTS];
 	const size_t count = knots_start(arc, CURVEFIT_MOST_POINTS, line, options->side, options->max);
@@ -522,7 +429,8 @@ void curvefit_best(struct curvefit *fit, const struct polyline *line, struct cur
 	}
 	if (best.ratio > 1 || best.count > options.least_points + 2) {
 		struct curvefit other;
-		const bool fits = fit_by_insertion(&other, line, &options, best.ratio > 1 ? CURVEFIT_MOST_POINTS : best.count + 4);
+		const bool fits =
+			fit_by_insertion(&other, line, &options, best.ratio > 1 ? CURVEFIT_MOST_POINTS : best.count + 4);
 		if (fits)
 			prune(&other, line, &options);
 		if (best.ratio > 1 ? other.ratio < best.ratio : fits && other.count < best.count)
@@ -549,7 +457,8 @@ void curvefit_raise(struct curvefit *fit, const struct polyline *line, struct cu
 		while (cut.count < count) {
 			size_t widest = 0;
 			for (size_t i = 1; i < (cut.closed ? cut.count : cut.count - 1); i++)
-				if (span_end(&cut, line, i) - cut.arc[i] > (span_end(&cut, line, widest) - cut.arc[widest]) * (1 + 1e-9))
+				if (span_end(&cut, line, i) - cut.arc[i] >
+				    (span_end(&cut, line, widest) - cut.arc[widest]) * (1 + 1e-9))
 					widest = i;
 			insert_knot(&cut, line, (cut.arc[widest] + span_end(&cut, line, widest)) / 2);
 		}

@@ -17,13 +17,13 @@ struct curvefit_options {
 };
 
 struct curvefit {
-	size_t count;        /* open: both ends included */
+	size_t count; /* open: both ends included */
 	bool closed;
-	double *xyz;         /* 3 a control point; open: the first and last are the polyline's ends */
-	double *arc;         /* arc length of the polyline at each knot, ascending (closed: arc[0] may be anything in [0, length)) */
-	double error, mean;  /* largest distance both ways, mean of the samples' */
-	double ratio;        /* of error to what is allowed: <= 1 within tolerance */
-	double worst_arc;    /* where */
+	double *xyz; /* 3 a control point; open: the first and last are the polyline's ends */
+	double *arc; /* arc length of the polyline at each knot, ascending (closed: arc[0] may be anything in [0, length)) */
+	double error, mean; /* largest distance both ways, mean of the samples' */
+	double ratio;       /* of error to what is allowed: <= 1 within tolerance */
+	double worst_arc;   /* where */
 };
 
 void curvefit_free(struct curvefit *fit);
@@ -33,7 +33,8 @@ void curvefit_best(struct curvefit *fit, const struct polyline *line, struct cur
 
 /* Start from given arc lengths of the knots (count of them, ascending; open: 0 and the length first and last; closed: within
  * one turn, may begin anywhere). Exactly count points. */
-void curvefit_from(struct curvefit *fit, const struct polyline *line, struct curvefit_options options, const double *arc, size_t count);
+void curvefit_from(struct curvefit *fit, const struct polyline *line, struct curvefit_options options, const double *arc,
+		   size_t count);
 
 /* Exactly count points (at least 2 open, 3 closed), spread by arc length and curvature. */
 void curvefit_exact(struct curvefit *fit, const struct polyline *line, struct curvefit_options options, size_t count);

@@ -20,10 +20,9 @@
 #define LEAST_SIDE 1e-60
 #define MOST_SIDE 1e60
 
-static const char usage[] =
-	"usage: fitcurves [-qv] [--tol length] [--mean length] [--corner degrees]\n"
-	"                 [--smooth degrees] [--free-counts] [--binary]\n"
-	"                 [--no-provenance] [-o file] [file]\n";
+static const char usage[] = "usage: fitcurves [-qv] [--tol length] [--mean length] [--corner degrees]\n"
+			    "                 [--smooth degrees] [--free-counts] [--binary]\n"
+			    "                 [--no-provenance] [-o file] [file]\n";
 
 struct options {
 	struct tool_common common;
@@ -117,12 +116,16 @@ int main(int argc, char **argv)
 	struct netfit_report report;
 	netfit(&network, &report, &dense, &border, options);
 	if (report.missed > 0)
-		tool_warn("%s: %zu of %zu curves outside the tolerance, by at most %g", shown, report.missed, report.curves, report.worst);
-	tool_say("%s: %zu curves (%zu closed, %zu straight), %zu nodes, %zu control points", shown, report.curves, report.closed, report.straight,
-	         report.nodes, report.points);
-	tool_say("%s: %zu curves harmonised, %zu contracted, %zu relaxed, %zu smoothed, %zu points added, %zu interior sharp edges left out", shown, report.harmonised,
-	         report.contracted, report.relaxed, report.smoothed, report.split, border.dart_edge_count);
-	tool_say("%s: largest error %g (%.4f%% of the longest side)", shown, report.error, side > 0 ? 100 * report.error / side : 0);
+		tool_warn("%s: %zu of %zu curves outside the tolerance, by at most %g", shown, report.missed, report.curves,
+			  report.worst);
+	tool_say("%s: %zu curves (%zu closed, %zu straight), %zu nodes, %zu control points", shown, report.curves, report.closed,
+		 report.straight, report.nodes, report.points);
+	tool_say("%s: %zu curves harmonised, %zu contracted, %zu relaxed, %zu smoothed, %zu points added, %zu interior sharp "
+		 "edges left out",
+		 shown, report.harmonised, report.contracted, report.relaxed, report.smoothed, report.split,
+		 border.dart_edge_count);
+	tool_say("%s: largest error %g (%.4f%% of the longest side)", shown, report.error,
+		 side > 0 ? 100 * report.error / side : 0);
 
 	ply_drop_element(&document, "face");
 	ply_drop_element(&document, "wedge");
@@ -132,8 +135,8 @@ int main(int argc, char **argv)
 	char tol[NUM_TEXT_SIZE + 1], mean[NUM_TEXT_SIZE + 1], corner[NUM_TEXT_SIZE], smooth[NUM_TEXT_SIZE];
 	num_print(corner, opt.corner_deg);
 	num_print(smooth, opt.smooth_deg);
-	tool_write_ply(&document, &opt.common, SCHEMA, "tol=%s mean=%s corner=%sdeg smooth=%sdeg%s", length_text(tol, opt.tol), length_text(mean, opt.mean),
-	               corner, smooth, opt.free_counts ? " free-counts" : "");
+	tool_write_ply(&document, &opt.common, SCHEMA, "tol=%s mean=%s corner=%sdeg smooth=%sdeg%s", length_text(tol, opt.tol),
+		       length_text(mean, opt.mean), corner, smooth, opt.free_counts ? " free-counts" : "");
 	network_free(&network);
 	border_free(&border);
 	dense_free(&dense);

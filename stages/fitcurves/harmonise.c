@@ -55,7 +55,8 @@ double harmonise_offset(const struct polyline *a, const struct polyline *b, bool
 	}
 	*residual = sqrt(cost[best]);
 	/* vertex of the parabola through the best offset and its neighbours */
-	const double before = cost[(best + OFFSETS - 1) % OFFSETS], after = cost[(best + 1) % OFFSETS], bend = before + after - 2 * cost[best];
+	const double before = cost[(best + OFFSETS - 1) % OFFSETS], after = cost[(best + 1) % OFFSETS],
+		     bend = before + after - 2 * cost[best];
 	double offset = (double)best + (bend > 0 ? fmin(fmax((before - after) / (2 * bend), -0.5), 0.5) : 0);
 	if (offset < 0)
 		offset += OFFSETS;
@@ -73,12 +74,14 @@ struct relations {
 	size_t count, room;
 };
 
-static void relate(struct relations *relations, const struct curvefit *fit, const struct polyline *line, size_t a, size_t b, bool same_way)
+static void relate(struct relations *relations, const struct curvefit *fit, const struct polyline *line, size_t a, size_t b,
+		   bool same_way)
 {
 	if (a == b || !(line[a].length > 0) || !(line[b].length > 0) || fit[a].closed != fit[b].closed)
 		return;
 	if (relations->count == relations->room)
-		relations->item = mem_resize(relations->item, relations->room = 2 * relations->room + 16, sizeof *relations->item);
+		relations->item =
+			mem_resize(relations->item, relations->room = 2 * relations->room + 16, sizeof *relations->item);
 	relations->item[relations->count++] = (struct opposite){a, b, same_way};
 }
 
@@ -90,7 +93,8 @@ static bool is_cheap(const struct curvefit *fit, size_t a, size_t b)
 }
 
 /* Opposite curves of one patch: two closed loops; two loops of equally many curves; four curves around. */
-static void relate_patch(struct relations *relations, const struct curvefit *fit, const struct polyline *line, const struct patchloops *loops, size_t patch)
+static void relate_patch(struct relations *relations, const struct curvefit *fit, const struct polyline *line,
+			 const struct patchloops *loops, size_t patch)
 {
 	const size_t first = loops->first_loop[patch], count = loops->first_loop[patch + 1] - first;
 	for (size_t l = first; l < first + count; l++)
@@ -103,7 +107,8 @@ static void relate_patch(struct relations *relations, const struct curvefit *fit
 	if (count == 1) {
 		for (size_t i = 0; n == 4 && i < 2; i++)
 			if (!line[s[i].chain].closed && is_cheap(fit, (size_t)s[i].chain, (size_t)s[i + 2].chain))
-				relate(relations, fit, line, (size_t)s[i].chain, (size_t)s[i + 2].chain, s[i].reversed != s[i + 2].reversed);
+				relate(relations, fit, line, (size_t)s[i].chain, (size_t)s[i + 2].chain,
+				       s[i].reversed != s[i + 2].reversed);
 		return;
 	}
 	const struct side *t = loops->side + loops->first_side[first + 1];
@@ -151,8 +156,8 @@ static int compare_doubles(const void *a, const void *b)
 }
 
 /* Fit b with the knots of a carried over. */
-static void copy_knots(struct curvefit *b, const struct polyline *line_b, struct curvefit_options options, const struct curvefit *a,
-                       const struct polyline *line_a, bool same_way)
+static void copy_knots(struct curvefit *b, const struct polyline *line_b, struct curvefit_options options,
+		       const struct curvefit *a, const struct polyline *line_a, bool same_way)
 {
 	const size_t n = a->count;
 	double *arc = mem_array(n, sizeof *arc);
@@ -195,8 +200,8 @@ static size_t find_root(size_t *parent, size_t i)
 	return i;
 }
 
-size_t harmonise(struct curvefit *fit, const struct polyline *line, const struct curvefit_options *options, const struct border_network *border,
-                 const struct patchloops *loops)
+size_t harmonise(struct curvefit *fit, const struct polyline *line, const struct curvefit_options *options,
+		 const struct border_network *border, const struct patchloops *loops)
 {
 	const size_t n = border->chain_count;
 	struct relations relations = {0};

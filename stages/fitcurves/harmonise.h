@@ -11,7 +11,7 @@
 double harmonise_offset(const struct polyline *a, const struct polyline *b, bool same_way, double *residual);
 
 /* fit, line and options by chain; chains of length 0 are left alone. Changes fits. Returns how many fits were raised or moved. */
-size_t harmonise(struct curvefit *fit, const struct polyline *line, const struct curvefit_options *options, const struct border_network *border,
-                 const struct patchloops *loops);
+size_t harmonise(struct curvefit *fit, const struct polyline *line, const struct curvefit_options *options,
+		 const struct border_network *border, const struct patchloops *loops);
 
 #endif

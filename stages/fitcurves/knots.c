@@ -16,7 +16,7 @@
 #define PROFILE_REACH 2
 
 struct profile {
-	size_t count;      /* cells of equal arc length */
+	size_t count; /* cells of equal arc length */
 	double step;
 	double *curvature; /* of each cell, smoothed over PROFILE_REACH cells both ways */
 	double turning;    /* total, radians */

@@ -18,15 +18,15 @@ struct job {
 	const struct border_network *border;
 	struct netfit_options options;
 	double side;
-	idx_t *node;               /* 2 a chain: the nodes at its ends (after contraction), NO_INDEX when closed */
-	double *node_xyz;          /* 3 a node */
-	bool *is_gone;             /* a chain: contracted */
-	struct nearest *nearest;   /* on dense, for relaxed borders; NULL when there are none */
-	struct polyline *line;     /* a chain: what is fitted, drawn taut where it is relaxed */
+	idx_t *node;             /* 2 a chain: the nodes at its ends (after contraction), NO_INDEX when closed */
+	double *node_xyz;        /* 3 a node */
+	bool *is_gone;           /* a chain: contracted */
+	struct nearest *nearest; /* on dense, for relaxed borders; NULL when there are none */
+	struct polyline *line;   /* a chain: what is fitted, drawn taut where it is relaxed */
 	struct curvefit *fit;
 	struct curvefit_options *limit;
-	bool *is_relaxed;          /* loose borders */
-	bool *is_smoothed;         /* other jagged ones */
+	bool *is_relaxed;  /* loose borders */
+	bool *is_smoothed; /* other jagged ones */
 };
 
 static double longest_side(const struct dense *dense)
@@ -59,9 +59,9 @@ static double chain_length(const struct job *job, size_t c)
 /* What the contraction looks at, as it was at the start of a pass. */
 struct surroundings {
 	struct patchloops loops;
-	size_t *start;  /* node_count + 1 offsets into incident */
+	size_t *start;    /* node_count + 1 offsets into incident */
 	size_t *incident; /* chains at each node; a chain from a node to itself twice */
-	bool *touched;  /* a patch: beside or around a contraction of this pass, so that the loops are out of date there */
+	bool *touched;    /* a patch: beside or around a contraction of this pass, so that the loops are out of date there */
 };
 
 static void surroundings_init(struct surroundings *around, const struct job *job)
@@ -116,7 +116,8 @@ static bool may_contract(const struct job *job, const struct surroundings *aroun
 			for (int k = 0; k < 2; k++) {
 				if (patch[k] < 0 || around->touched[patch[k]])
 					return false;
-				if (patch[k] != chain->left && patch[k] != chain->right && visits(job, loops, patch[k], there) > 0)
+				if (patch[k] != chain->left && patch[k] != chain->right &&
+				    visits(job, loops, patch[k], there) > 0)
 					return false;
 			}
 		}
@@ -158,14 +159,16 @@ static size_t contract_short(struct job *job)
 				const idx_t here = end ? b : a;
 				for (size_t i = around.start[here]; i < around.start[here + 1]; i++) {
 					const size_t o = around.incident[i];
-					around.touched[job->border->chain[o].left] = around.touched[job->border->chain[o].right] = true;
+					around.touched[job->border->chain[o].left] = around.touched[job->border->chain[o].right] =
+						true;
 					for (size_t j = 2 * o; j < 2 * o + 2; j++)
 						if (job->node[j] == b)
 							job->node[j] = a;
 				}
 			}
 			for (size_t i = 0; i < 3; i++)
-				job->node_xyz[3 * (size_t)a + i] = (job->node_xyz[3 * (size_t)a + i] + job->node_xyz[3 * (size_t)b + i]) / 2;
+				job->node_xyz[3 * (size_t)a + i] =
+					(job->node_xyz[3 * (size_t)a + i] + job->node_xyz[3 * (size_t)b + i]) / 2;
 			job->is_gone[c] = true;
 			changed++;
 		}
@@ -205,8 +208,8 @@ static bool is_loose(const struct job *job, size_t c, const struct polyline *pla
 	const struct dense_patch *patch = job->dense->patch;
 	if (!patch)
 		return true;
-	return patch[chain->left].parent == patch[chain->right].parent || patch[chain->left].kind == PATCH_FREE || patch[chain->right].kind == PATCH_FREE ||
-	       polyline_is_jagged(plain);
+	return patch[chain->left].parent == patch[chain->right].parent || patch[chain->left].kind == PATCH_FREE ||
+	       patch[chain->right].kind == PATCH_FREE || polyline_is_jagged(plain);
 }
 
 /* Polylines of all chains; which ones are loose. */
@@ -224,7 +227,8 @@ static void make_lines(struct job *job)
 		any |= job->is_relaxed[c];
 	}
 	if (any)
-		job->nearest = nearest_new(job->dense->xyz, job->dense->vertex_count, job->dense->triangle, job->dense->triangle_count);
+		job->nearest =
+			nearest_new(job->dense->xyz, job->dense->vertex_count, job->dense->triangle, job->dense->triangle_count);
 }
 
 static void fit_chain(struct job *job, size_t c)
@@ -239,7 +243,8 @@ static void fit_chain(struct job *job, size_t c)
 	}
 	if (job->is_relaxed[c]) {
 		double *xyz = chain_points(job, c), *relaxed;
-		const size_t count = relax_border(&relaxed, xyz, chain->count, chain->closed, job->dense, job->nearest, chain->left, chain->right);
+		const size_t count = relax_border(&relaxed, xyz, chain->count, chain->closed, job->dense, job->nearest,
+						  chain->left, chain->right);
 		polyline_free(line);
 		polyline_init(line, relaxed, count, chain->closed);
 		for (size_t i = 0; i < line->segment_count; i++) /* edges were halved */
@@ -389,7 +394,12 @@ static void build(struct network *network, struct netfit_report *report, const s
 		const struct border_chain *chain = border->chain + c;
 		const struct curvefit *fit = job->fit + c;
 		struct curve *out = network->curve + curve++;
-		*out = (struct curve){.left = chain->left, .right = chain->right, .kind = chain->kind, .closed = chain->closed, .first = point, .error = fit->error};
+		*out = (struct curve){.left = chain->left,
+				      .right = chain->right,
+				      .kind = chain->kind,
+				      .closed = chain->closed,
+				      .first = point,
+				      .error = fit->error};
 		if (!chain->closed)
 			network->point[point++] = place[job->node[2 * c]];
 		for (size_t i = !chain->closed; i + !chain->closed < fit->count; i++) {
@@ -418,7 +428,7 @@ static void build(struct network *network, struct netfit_report *report, const s
 }
 
 void netfit(struct network *network, struct netfit_report *report, const struct dense *dense, const struct border_network *border,
-            struct netfit_options options)
+	    struct netfit_options options)
 {
 	*report = (struct netfit_report){0};
 	const size_t n = border->chain_count;
@@ -436,7 +446,8 @@ void netfit(struct network *network, struct netfit_report *report, const struct 
 	for (size_t c = 0; c < n; c++) {
 		const struct border_chain *chain = border->chain + c;
 		job.node[2 * c] = chain->closed ? NO_INDEX : border->node_of_vertex[border->vertex[chain->first]];
-		job.node[2 * c + 1] = chain->closed ? NO_INDEX : border->node_of_vertex[border->vertex[chain->first + chain->count - 1]];
+		job.node[2 * c + 1] =
+			chain->closed ? NO_INDEX : border->node_of_vertex[border->vertex[chain->first + chain->count - 1]];
 	}
 	report->contracted = contract_short(&job);
 	make_lines(&job);
@@ -459,6 +470,7 @@ void netfit(struct network *network, struct netfit_report *report, const struct 
 		polyline_free(job.line + c);
 		curvefit_free(job.fit + c);
 	}
-	free(job.node), free(job.node_xyz), free(job.is_gone), free(job.line), free(job.fit), free(job.limit), free(job.is_relaxed), free(job.is_smoothed);
+	free(job.node), free(job.node_xyz), free(job.is_gone), free(job.line), free(job.fit), free(job.limit),
+		free(job.is_relaxed), free(job.is_smoothed);
 	nearest_free(job.nearest);
 }

@@ -36,7 +36,8 @@ static size_t find_start(const struct start *start, size_t count, idx_t patch, i
 	return low < count && start[low].patch == patch && start[low].node == node ? low : count;
 }
 
-void patchloops_init(struct patchloops *loops, const struct border_network *border, const idx_t *node, const bool *is_gone, size_t patch_count)
+void patchloops_init(struct patchloops *loops, const struct border_network *border, const idx_t *node, const bool *is_gone,
+		     size_t patch_count)
 {
 	struct start *start = mem_array(2 * border->chain_count, sizeof *start);
 	size_t count = 0;
@@ -71,7 +72,8 @@ void patchloops_init(struct patchloops *loops, const struct border_network *bord
 			at = find_start(start, count, start[i].patch, end);
 			if (at + 1 < count && start[at + 1].patch == start[i].patch && start[at + 1].node == end)
 				loops->touches_itself[loops->loop_count] = true;
-			while (at < count && used[at] && at + 1 < count && start[at + 1].patch == start[i].patch && start[at + 1].node == end)
+			while (at < count && used[at] && at + 1 < count && start[at + 1].patch == start[i].patch &&
+			       start[at + 1].node == end)
 				at++;
 		}
 		loops->first_side[++loops->loop_count] = sides;

@@ -20,9 +20,10 @@ struct patchloops {
 	bool *touches_itself; /* a loop: its patch comes to one of its nodes twice, so the order there is a guess */
 };
 
-/* node[2 c], node[2 c + 1]: the nodes at the start and end of chain c (NO_INDEX for closed chains), numbers below node_count. Chains
- * with is_gone[c] are left out (is_gone may be NULL). */
-void patchloops_init(struct patchloops *loops, const struct border_network *border, const idx_t *node, const bool *is_gone, size_t patch_count);
+/* node[2 c], node[2 c + 1]: the nodes at the start and end of chain c (NO_INDEX for closed chains), numbers below node_count.
+ * Chains with is_gone[c] are left out (is_gone may be NULL). */
+void patchloops_init(struct patchloops *loops, const struct border_network *border, const idx_t *node, const bool *is_gone,
+		     size_t patch_count);
 void patchloops_free(struct patchloops *loops);
 
 #endif

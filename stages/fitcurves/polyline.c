@@ -150,7 +150,8 @@ static void derive(struct polyline *line)
 		const size_t j = (i + 1) % n;
 		const bool at_start = !line->closed && i == 0, at_end = !line->closed && i + 2 == n;
 		const size_t u = at_start ? (n > 3 ? 2 : 1) : i, v = at_end ? (n > 3 ? n - 3 : 1) : j;
-		const double angle = fmin(line->turn[u] < KINK_RAD ? line->turn[u] : 0, line->turn[v] < KINK_RAD ? line->turn[v] : 0);
+		const double angle =
+			fmin(line->turn[u] < KINK_RAD ? line->turn[u] : 0, line->turn[v] < KINK_RAD ? line->turn[v] : 0);
 		const bool same_side = dot3(line->curvature + 3 * u, line->curvature + 3 * v) > 0;
 		line->slack[i] = same_side ? (line->arc[i + 1] - line->arc[i]) * tan(angle / 4) / 2 : 0;
 	}
@@ -233,8 +234,10 @@ double polyline_carry(const struct polyline *to, const struct polyline *from, do
 	const double turns = from->closed ? floor(arc / from->length) : 0;
 	const double rest = arc - turns * from->length;
 	const size_t i = polyline_segment(from, rest);
-	const double length = from->arc[i + 1] - from->arc[i], t = length > 0 ? fmin(fmax((rest - from->arc[i]) / length, 0), 1) : 0;
-	/* segments of to for each of from: 1 or 1/2. Vertices that fell together shift the rest by a segment, which is near enough. */
+	const double length = from->arc[i + 1] - from->arc[i],
+		     t = length > 0 ? fmin(fmax((rest - from->arc[i]) / length, 0), 1) : 0;
+	/* segments of to for each of from: 1 or 1/2. Vertices that fell together shift the rest by a segment, which is near
+	 * enough. */
 	const double share = (double)to->segment_count / (double)from->segment_count, place = ((double)i + t) * share;
 	const size_t j = place >= (double)to->segment_count ? to->segment_count - 1 : (size_t)place;
 	return turns * to->length + to->arc[j] + (place - (double)j) * (to->arc[j + 1] - to->arc[j]);

@@ -10,13 +10,15 @@ struct polyline {
 	size_t count, segment_count;
 	bool closed;
 	double *xyz;
-	double *arc;         /* count + 1: length up to each vertex; closed: arc[count] is the whole length */
+	double *arc; /* count + 1: length up to each vertex; closed: arc[count] is the whole length */
 	double length;
-	double *tangent;     /* 3 a vertex, unit: bisector of its two segments */
-	double *curvature;   /* 3 a vertex: curvature vector by turning angle, 0 where the turn is a kink (> 50 degrees) or an end */
-	double *turn;        /* turning angle at each vertex, radians; 0 at ends */
-	double *slack;       /* a segment: how far its smooth original may stand off: sagitta of a coarse arc, steps of a jagged border */
-	double noise;        /* median residual of local cubics: > 0 for the staircases of patch borders */
+	double *tangent;   /* 3 a vertex, unit: bisector of its two segments */
+	double *curvature; /* 3 a vertex: curvature vector by turning angle, 0 where the turn is a kink (> 50 degrees) or an end
+			    */
+	double *turn;      /* turning angle at each vertex, radians; 0 at ends */
+	double *slack; /* a segment: how far its smooth original may stand off: sagitta of a coarse arc, steps of a jagged border
+			*/
+	double noise;  /* median residual of local cubics: > 0 for the staircases of patch borders */
 };
 
 /* Copies count points. Repeated points are dropped (a closed polyline's last may not repeat its first). */
@@ -31,7 +33,7 @@ void polyline_smooth(struct polyline *line);
 
 struct polyline_foot {
 	double point[3], tangent[3], curvature[3];
-	double arc;        /* [0, length] */
+	double arc; /* [0, length] */
 	double distance;
 	size_t segment;
 };

@@ -30,8 +30,8 @@ static void project(double p[3], const struct dense *dense, const struct nearest
 		copy3(p, best.point);
 }
 
-size_t relax_border(double **out, const double *xyz, size_t count, bool closed, const struct dense *dense, const struct nearest *nearest, idx_t left,
-                    idx_t right)
+size_t relax_border(double **out, const double *xyz, size_t count, bool closed, const struct dense *dense,
+		    const struct nearest *nearest, idx_t left, idx_t right)
 {
 	const size_t segments = closed ? count : count - 1, n = segments + count;
 	double *home = mem_array(3 * n, sizeof *home), *reach = mem_array(n, sizeof *reach);
@@ -42,7 +42,12 @@ size_t relax_border(double **out, const double *xyz, size_t count, bool closed, 
 			home[6 * i + 3 + k] = (xyz[3 * i + k] + xyz[3 * ((i + 1) % count) + k]) / 2;
 	for (size_t i = 0; i < n; i++) {
 		/* mean of the halved edges on both sides, twice */
-		const double *before = home + 3 * (i > 0 ? i - 1 : closed ? n - 1 : i), *after = home + 3 * (i + 1 < n ? i + 1 : closed ? 0 : i);
+		const double *before = home + 3 * (i > 0    ? i - 1
+						   : closed ? n - 1
+							    : i),
+			     *after = home + 3 * (i + 1 < n ? i + 1
+						  : closed  ? 0
+							    : i);
 		reach[i] = TUBE * (distance3(home + 3 * i, before) + distance3(home + 3 * i, after));
 	}
 	double *now = mem_copy(home, 3 * n, sizeof *now), *next = mem_copy(home, 3 * n, sizeof *next);

@@ -12,7 +12,7 @@
  * halved, then all but the end points are averaged with their neighbours again and again, kept within half an edge of where
  * they were and on the triangles of patches left and right (right -1: left alone). xyz: count points; returns the number of
  * points in *out (3 doubles each, caller frees): 2 count - 1, closed 2 count. */
-size_t relax_border(double **out, const double *xyz, size_t count, bool closed, const struct dense *dense, const struct nearest *nearest, idx_t left,
-                    idx_t right);
+size_t relax_border(double **out, const double *xyz, size_t count, bool closed, const struct dense *dense,
+		    const struct nearest *nearest, idx_t left, idx_t right);
 
 #endif

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "formats/memory.h"
-#include "formats/number.h"
+#include "stages/geometry/boundary.h"
 #include "stages/geometry/vector.h"
 
 /* Tangents at a possible corner are chords over at least this share of the longest side, ... */
@@ -20,242 +20,6 @@
 #define CORNER_PROMINENCE 3
 /* A sharp or smooth stretch shorter than this share of the longest side does not split a border. */
 #define LEAST_STRETCH 0.03
-
-static const char options_comment[] = "comment cagewright-border ";
-
-/* The number behind name in text, or otherwise. */
-static double option_value(const char *text, const char *name, double low, double high, double otherwise)
-{
-	const char *found = strstr(text, name);
-	double value;
-	if (!found)
-		return otherwise;
-	found += strlen(name);
-	return num_parse(found, strcspn(found, " "), &value) && value >= low && value <= high ? value : otherwise;
-}
-
-struct border_options border_options_from_ply(const struct ply *ply)
-{
-	struct border_options options = BORDER_DEFAULTS;
-	for (size_t c = 0; c < ply->comment_count; c++) {
-		const char *text = ply->comment[c];
-		if (strncmp(text, options_comment, sizeof options_comment - 1) != 0)
-			continue;
-		options.corner_deg = option_value(text, " corner=", 0, 180, options.corner_deg);
-		options.smooth_deg = option_value(text, " smooth=", 0, 180, options.smooth_deg);
-	}
-	return options;
-}
-
-void border_options_to_ply(struct ply *ply, struct border_options options)
-{
-	size_t kept = 0;
-	for (size_t c = 0; c < ply->comment_count; c++) {
-		if (strncmp(ply->comment[c], options_comment, sizeof options_comment - 1) == 0)
-			free(ply->comment[c]);
-		else
-			ply->comment[kept++] = ply->comment[c];
-	}
-	ply->comment_count = kept;
-	char corner[NUM_TEXT_SIZE], smooth[NUM_TEXT_SIZE];
-	num_print(corner, options.corner_deg);
-	num_print(smooth, options.smooth_deg);
-	ply_comment(ply, "cagewright-border corner=%s smooth=%s", corner, smooth);
-}
-
-struct boundary_edge {
-	idx_t a, b;        /* left patch on the left from a to b */
-	idx_t left, right;
-	double length;
-	bool sharp;
-};
-
-struct boundary {
-	struct boundary_edge *edge;
-	size_t edge_count;
-	size_t dart_edge_count;
-	long euler;
-	size_t *start;     /* vertex_count + 1 offsets into incident */
-	idx_t *incident;   /* edges at each vertex, ascending */
-};
-
-/* One pass over all edges: a sorted list of half-edges and of the file's marked edges. */
-struct edge_record {
-	idx_t low, high;
-	idx_t item; /* half-edge, or half_count + index of a marked edge */
-};
-
-/* Stable counting sort by low or high; LSD over (high, low) gives groups of one edge with ascending items. */
-static void sort_records(struct edge_record *out, const struct edge_record *in, size_t count, size_t vertex_count, bool by_high)
-{
-	size_t *at = mem_array(vertex_count + 1, sizeof *at);
-	for (size_t i = 0; i < count; i++)
-		at[(by_high ? in[i].high : in[i].low) + 1]++;
-	for (size_t v = 0; v < vertex_count; v++)
-		at[v + 1] += at[v];
-	for (size_t i = 0; i < count; i++)
-		out[at[by_high ? in[i].high : in[i].low]++] = in[i];
-	free(at);
-}
-
-static void face_normal(double normal[3], const struct dense *dense, size_t t)
-{
-	const idx_t *c = dense->triangle + 3 * t;
-	area_vector3(normal, dense->xyz + 3 * (size_t)c[0], dense->xyz + 3 * (size_t)c[1], dense->xyz + 3 * (size_t)c[2]);
-}
-
-static double bend_deg(const struct dense *dense, size_t s, size_t t)
-{
-	double m[3], n[3];
-	face_normal(m, dense, s);
-	face_normal(n, dense, t);
-	if (norm3(m) == 0 || norm3(n) == 0)
-		return 0;
-	return angle3(m, n) * DEGREES;
-}
-
-static idx_t parent_of(const struct dense *dense, idx_t label)
-{
-	return dense->patch && label >= 0 ? dense->patch[label].parent : label;
-}
-
-static bool same_surface(const struct dense *dense, idx_t left, idx_t right)
-{
-	return left == right || (left >= 0 && right >= 0 && parent_of(dense, left) == parent_of(dense, right));
-}
-
-/* twin[h]: the half-edge of the other triangle or NO_INDEX; mark[h]: the mesh edge is marked sharp. */
-static bool pair_edges(idx_t *twin, bool *mark, const struct dense *dense, struct fault *fault)
-{
-	const size_t half_count = 3 * dense->triangle_count, count = half_count + dense->edge_count;
-	struct edge_record *record = mem_array(count, sizeof *record), *other = mem_array(count, sizeof *other);
-	for (size_t i = 0; i < count; i++) {
-		idx_t a, b;
-		if (i < half_count) {
-			a = dense->triangle[i];
-			b = dense->triangle[i - i % 3 + (i + 1) % 3];
-			twin[i] = NO_INDEX;
-		} else {
-			a = dense->edge[i - half_count].vertex1;
-			b = dense->edge[i - half_count].vertex2;
-		}
-		record[i] = (struct edge_record){a < b ? a : b, a < b ? b : a, (idx_t)i};
-	}
-	sort_records(other, record, count, dense->vertex_count, true);
-	sort_records(record, other, count, dense->vertex_count, false);
-	free(other);
-	bool ok = true;
-	for (size_t i = 0, j; i < count && ok; i = j) {
-		size_t halves = 0;
-		bool marked = false;
-		for (j = i; j < count && record[j].low == record[i].low && record[j].high == record[i].high; j++) {
-			const size_t item = (size_t)record[j].item;
-			if (item < half_count)
-				halves++; /* items ascend, so the half-edges come first */
-			else if (dense->edge[item - half_count].kind == EDGE_SHARP)
-				marked = true;
-		}
-		const idx_t h = record[i].item, g = halves > 1 ? record[i + 1].item : NO_INDEX;
-		if (halves > 2)
-			ok = fault_set(fault, EX_BAD_INPUT, "edge %" PRIidx " %" PRIidx " has %zu triangles", record[i].low, record[i].high, halves);
-		else if (halves == 2 && dense->triangle[h] == dense->triangle[g])
-			ok = fault_set(fault, EX_BAD_INPUT, "triangles %" PRIidx " and %" PRIidx " run along edge %" PRIidx " %" PRIidx " in the same direction",
-			               h / 3, g / 3, record[i].low, record[i].high);
-		for (size_t k = 0; k < halves; k++)
-			mark[record[i + k].item] = marked;
-		if (halves == 2)
-			twin[h] = g, twin[g] = h;
-	}
-	free(record);
-	return ok;
-}
-
-/* How much the surface bends within the patch at the edges of triangle t and of its neighbours: what tessellation alone
- * does. The neighbours count because a strip of two triangles a quad bends only at the second one's far edge. */
-static double own_bend(const struct dense *dense, const idx_t *twin, size_t t)
-{
-	double most = 0;
-	for (size_t k = 0; k < 3; k++) {
-		const idx_t g = twin[3 * t + k];
-		if (g == NO_INDEX || dense->label[g / 3] != dense->label[t])
-			continue;
-		const size_t u = (size_t)g / 3;
-		most = fmax(most, bend_deg(dense, t, u));
-		for (size_t j = 0; j < 3; j++) {
-			const idx_t f = twin[3 * u + j];
-			if (f != NO_INDEX && dense->label[f / 3] == dense->label[t])
-				most = fmax(most, bend_deg(dense, u, (size_t)f / 3));
-		}
-	}
-	return most;
-}
-
-static bool find_boundary(struct boundary *out, const struct dense *dense, const struct border_options *options, struct fault *fault)
-{
-	const size_t half_count = 3 * dense->triangle_count;
-	idx_t *twin = mem_array(half_count, sizeof *twin);
-	bool *mark = mem_array(half_count, sizeof *mark);
-	if (!pair_edges(twin, mark, dense, fault)) {
-		free(twin), free(mark);
-		return false;
-	}
-	bool *in_use = mem_array(dense->vertex_count, sizeof *in_use);
-	out->euler = (long)dense->triangle_count;
-	for (size_t h = 0; h < half_count; h++) {
-		out->euler -= twin[h] == NO_INDEX || (size_t)twin[h] > h;
-		out->euler += !in_use[dense->triangle[h]];
-		in_use[dense->triangle[h]] = true;
-	}
-	free(in_use);
-	size_t count = 0, room = 64;
-	struct boundary_edge *edge = mem_array(room, sizeof *edge);
-	for (size_t h = 0; h < half_count; h++) {
-		const idx_t g = twin[h], left = dense->label[h / 3], right = g == NO_INDEX ? -1 : dense->label[g / 3];
-		bool dart = false;
-		if (g != NO_INDEX && left == right) {
-			if (!mark[h] || (size_t)g < h)
-				continue;
-			out->dart_edge_count++;
-			if (!options->darts)
-				continue;
-			dart = true;
-		}
-		if (g != NO_INDEX && left > right)
-			continue; /* the half-edge of the lower patch speaks for both */
-		if (count == room)
-			edge = mem_resize(edge, room *= 2, sizeof *edge);
-		const idx_t a = dense->triangle[h], b = dense->triangle[h - h % 3 + (h + 1) % 3];
-		bool sharp = true;
-		if (dart || g == NO_INDEX)
-			sharp = true;
-		else if (same_surface(dense, left, right))
-			sharp = false;
-		else if (!mark[h]) {
-			const size_t s = h / 3, t = (size_t)g / 3;
-			sharp = options->smooth_deg == 0 || bend_deg(dense, s, t) - fmax(own_bend(dense, twin, s), own_bend(dense, twin, t)) > options->smooth_deg;
-		}
-		edge[count++] = (struct boundary_edge){a, b, left, right, distance3(dense->xyz + 3 * (size_t)a, dense->xyz + 3 * (size_t)b), sharp};
-	}
-	free(twin), free(mark);
-
-	size_t *start = mem_array(dense->vertex_count + 2, sizeof *start);
-	idx_t *incident = mem_array(2 * count, sizeof *incident);
-	for (size_t e = 0; e < count; e++)
-		start[edge[e].a + 2]++, start[edge[e].b + 2]++;
-	for (size_t v = 0; v < dense->vertex_count; v++)
-		start[v + 2] += start[v + 1];
-	for (size_t e = 0; e < count; e++) {
-		incident[start[edge[e].a + 1]++] = (idx_t)e;
-		incident[start[edge[e].b + 1]++] = (idx_t)e;
-	}
-	out->edge = edge, out->edge_count = count, out->start = start, out->incident = incident;
-	return true;
-}
-
-static void boundary_free(struct boundary *boundary)
-{
-	free(boundary->edge), free(boundary->start), free(boundary->incident);
-}
 
 /* Nodes by connectivity: not two boundary edges, other patches, or edges that do not follow each other. */
 static void mark_nodes(bool *is_node, const struct boundary *boundary, size_t vertex_count)
@@ -297,7 +61,8 @@ static void walk_push(struct walk *walk, idx_t edge, idx_t vertex)
 }
 
 /* Walk from vertex along edge until a node or back to the start. used is set for every edge passed. */
-static void walk_from(struct walk *walk, bool *used, const struct boundary *boundary, const bool *is_node, idx_t vertex, idx_t edge)
+static void walk_from(struct walk *walk, bool *used, const struct boundary *boundary, const bool *is_node, idx_t vertex,
+		      idx_t edge)
 {
 	walk->vertex_count = walk->edge_count = 0;
 	walk->closed = false;
@@ -326,7 +91,8 @@ static void walk_free(struct walk *walk)
 }
 
 /* The next chain that starts with an unused edge: from the chain's beginning, left patch on the left. */
-static bool walk_next(struct walk *walk, bool *used, const struct boundary *boundary, const struct dense *dense, const bool *is_node, size_t *next_edge)
+static bool walk_next(struct walk *walk, bool *used, const struct boundary *boundary, const struct dense *dense,
+		      const bool *is_node, size_t *next_edge)
 {
 	while (*next_edge < boundary->edge_count && used[*next_edge])
 		++*next_edge;
@@ -390,7 +156,7 @@ static void clean_stretches(struct boundary_edge *edge, const struct walk *walk,
 			const double before = i > 0 ? length[i - 1] : walk->closed ? length[count - 1] : INFINITY;
 			const double after = i + 1 < count ? length[i + 1] : walk->closed ? length[0] : INFINITY;
 			const bool change = length[i] < least && length[i] <= before && length[i] <= after && !before_changed &&
-			                    !(walk->closed && i + 1 == count && first_changed);
+					    !(walk->closed && i + 1 == count && first_changed);
 			before_changed = change;
 			first_changed |= change && i == 0;
 			if (!change)
@@ -407,7 +173,8 @@ static void clean_stretches(struct boundary_edge *edge, const struct walk *walk,
 
 /* Chord of the walk that leaves vertex i forwards or backwards: over at least `edges` edges and `reach` length, stopping at
  * the end or (careful) before a vertex that turns by more than stop_deg itself. */
-static bool chord(double out[3], const struct walk *walk, const double *xyz, const double *turn_deg, size_t i, int step, size_t edges, double reach, double stop_deg)
+static bool chord(double out[3], const struct walk *walk, const double *xyz, const double *turn_deg, size_t i, int step,
+		  size_t edges, double reach, double stop_deg)
 {
 	const size_t n = walk->vertex_count;
 	size_t at = i, taken = 0;
@@ -445,7 +212,8 @@ static double plain_turn(const struct walk *walk, const double *xyz, size_t i)
 	return norm3(u) > 0 && norm3(v) > 0 ? angle3(u, v) * DEGREES : 0;
 }
 
-static void mark_corners(bool *is_node, const struct boundary_edge *edge, const struct walk *walk, const double *xyz, double side, double corner_deg)
+static void mark_corners(bool *is_node, const struct boundary_edge *edge, const struct walk *walk, const double *xyz, double side,
+			 double corner_deg)
 {
 	const size_t n = walk->vertex_count;
 	double *plain = mem_array(n, sizeof *plain), *wide = mem_array(n, sizeof *wide);
@@ -453,10 +221,13 @@ static void mark_corners(bool *is_node, const struct boundary_edge *edge, const 
 		plain[i] = plain_turn(walk, xyz, i);
 	const size_t begin = walk->closed ? 0 : 1, end = walk->closed ? n : n - 1;
 	for (size_t i = begin; i < end; i++) {
-		const bool smooth = !edge[walk->edge[(i + walk->edge_count - 1) % walk->edge_count]].sharp && !edge[walk->edge[i]].sharp;
+		const bool smooth =
+			!edge[walk->edge[(i + walk->edge_count - 1) % walk->edge_count]].sharp && !edge[walk->edge[i]].sharp;
 		double u[3], v[3];
-		if (chord(u, walk, xyz, plain, i, -1, smooth ? SMOOTH_EDGES : 2, (smooth ? SMOOTH_REACH : CORNER_REACH) * side, smooth ? 361 : 30) &&
-		    chord(v, walk, xyz, plain, i, 1, smooth ? SMOOTH_EDGES : 2, (smooth ? SMOOTH_REACH : CORNER_REACH) * side, smooth ? 361 : 30)) {
+		if (chord(u, walk, xyz, plain, i, -1, smooth ? SMOOTH_EDGES : 2, (smooth ? SMOOTH_REACH : CORNER_REACH) * side,
+			  smooth ? 361 : 30) &&
+		    chord(v, walk, xyz, plain, i, 1, smooth ? SMOOTH_EDGES : 2, (smooth ? SMOOTH_REACH : CORNER_REACH) * side,
+			  smooth ? 361 : 30)) {
 			scale3(u, -1);
 			wide[i] = angle3(u, v) * DEGREES;
 		}
@@ -478,7 +249,8 @@ static void mark_corners(bool *is_node, const struct boundary_edge *edge, const 
 		double total = 0;
 		size_t counted = 0;
 		for (size_t k = 1; k <= SMOOTH_EDGES && peak; k++) {
-			const size_t before = walk->closed || i >= k ? (i + n - k % n) % n : i, after = walk->closed || i + k < n ? (i + k) % n : i;
+			const size_t before = walk->closed || i >= k ? (i + n - k % n) % n : i,
+				     after = walk->closed || i + k < n ? (i + k) % n : i;
 			if ((before != i && wide[before] >= wide[i]) || (after != i && wide[after] > wide[i]))
 				peak = false;
 			if (k == SMOOTH_EDGES)
@@ -524,7 +296,8 @@ static void find_nodes(bool *is_node, struct boundary *boundary, const struct de
 	free(used), free(extra);
 }
 
-static void trace_chains(struct border_network *network, const struct boundary *boundary, const struct dense *dense, const bool *is_node)
+static void trace_chains(struct border_network *network, const struct boundary *boundary, const struct dense *dense,
+			 const bool *is_node)
 {
 	size_t chain_room = 16, vertex_room = 64;
 	network->chain = mem_array(chain_room, sizeof *network->chain);
@@ -546,7 +319,9 @@ static void trace_chains(struct border_network *network, const struct boundary *
 		network->chain[network->chain_count++] = (struct border_chain){
 			.left = e->left,
 			.right = e->right,
-			.kind = e->right < 0 ? CURVE_BORDER : e->sharp ? CURVE_SHARP : CURVE_SMOOTH,
+			.kind = e->right < 0 ? CURVE_BORDER
+				: e->sharp   ? CURVE_SHARP
+					     : CURVE_SMOOTH,
 			.closed = walk.closed,
 			.first = network->vertex_count,
 			.count = walk.vertex_count,
@@ -559,7 +334,8 @@ static void trace_chains(struct border_network *network, const struct boundary *
 }
 
 /* Direction in which a chain leaves one of its ends, over the corner's reach. */
-static void end_tangent(double out[3], const struct border_network *network, const struct border_chain *chain, const double *xyz, bool at_start, double reach)
+static void end_tangent(double out[3], const struct border_network *network, const struct border_chain *chain, const double *xyz,
+			bool at_start, double reach)
 {
 	const idx_t *v = network->vertex + chain->first;
 	const double *p = xyz + 3 * (size_t)(at_start ? v[0] : v[chain->count - 1]);
@@ -597,7 +373,9 @@ static void name_nodes(struct border_network *network, const struct dense *dense
 		if (chain->closed || chain->kind == CURVE_SMOOTH)
 			continue;
 		for (int end = 0; end < 2; end++) {
-			const size_t node = (size_t)network->node_of_vertex[network->vertex[end ? chain->first + chain->count - 1 : chain->first]];
+			const size_t node =
+				(size_t)network
+					->node_of_vertex[network->vertex[end ? chain->first + chain->count - 1 : chain->first]];
 			if (creases[node] < 2)
 				end_tangent(tangent + 6 * node + 3 * creases[node], network, chain, dense->xyz, end == 0, reach);
 			if (creases[node] < 3)
@@ -608,7 +386,9 @@ static void name_nodes(struct border_network *network, const struct dense *dense
 		double back[3];
 		copy3(back, tangent + 6 * i);
 		scale3(back, -1);
-		network->node_kind[i] = creases[i] == 2 && angle3(back, tangent + 6 * i + 3) * DEGREES > corner_deg ? POINT_CORNER : POINT_JUNCTION;
+		network->node_kind[i] = creases[i] == 2 && angle3(back, tangent + 6 * i + 3) * DEGREES > corner_deg
+						? POINT_CORNER
+						: POINT_JUNCTION;
 	}
 	free(creases), free(tangent);
 }
@@ -617,7 +397,7 @@ bool border_extract(struct border_network *network, const struct dense *dense, s
 {
 	*network = (struct border_network){0};
 	struct boundary boundary = {0};
-	if (!find_boundary(&boundary, dense, &options, fault))
+	if (!boundary_find(&boundary, dense, &options, fault))
 		return false;
 	bool *is_node = mem_array(dense->vertex_count, sizeof *is_node);
 	find_nodes(is_node, &boundary, dense, &options);
@@ -634,43 +414,4 @@ void border_free(struct border_network *network)
 {
 	free(network->node), free(network->node_kind), free(network->node_of_vertex), free(network->chain), free(network->vertex);
 	*network = (struct border_network){0};
-}
-
-void border_match(idx_t *chain_of_curve, const struct border_network *border, const struct dense *dense, const struct network *network)
-{
-	for (size_t c = 0; c < network->curve_count; c++) {
-		const struct curve *curve = network->curve + c;
-		double best = INFINITY;
-		chain_of_curve[c] = NO_INDEX;
-		double middle[3] = {0, 0, 0};
-		for (size_t i = 0; i < curve->count; i++)
-			add_scaled3(middle, 1 / (double)curve->count, network->xyz + 3 * (size_t)network->point[curve->first + i]);
-		const double *p = network->xyz + 3 * (size_t)network->point[curve->first];
-		const double *q = network->xyz + 3 * (size_t)network->point[curve->first + curve->count - 1];
-		for (size_t i = 0; i < border->chain_count; i++) {
-			const struct border_chain *chain = border->chain + i;
-			const bool same = chain->left == curve->left && chain->right == curve->right, turned = chain->left == curve->right && chain->right == curve->left;
-			if ((!same && !turned) || chain->closed != curve->closed)
-				continue;
-			double centre[3] = {0, 0, 0}, total = 0;
-			for (size_t k = 1; k < chain->count + chain->closed; k++) {
-				const double *a = dense->xyz + 3 * (size_t)border->vertex[chain->first + k - 1];
-				const double *b = dense->xyz + 3 * (size_t)border->vertex[chain->first + k % chain->count];
-				const double length = distance3(a, b);
-				add_scaled3(centre, length / 2, a);
-				add_scaled3(centre, length / 2, b);
-				total += length;
-			}
-			if (total > 0)
-				scale3(centre, 1 / total);
-			double cost = distance3(middle, centre);
-			if (!chain->closed) {
-				const double *a = dense->xyz + 3 * (size_t)border->vertex[chain->first + (same ? 0 : chain->count - 1)];
-				const double *b = dense->xyz + 3 * (size_t)border->vertex[chain->first + (same ? chain->count - 1 : 0)];
-				cost += distance3(p, a) + distance3(q, b);
-			}
-			if (cost < best)
-				best = cost, chain_of_curve[c] = (idx_t)i;
-		}
-	}
 }

@@ -30,7 +30,8 @@ static struct made *make(void)
 {
 	struct made *m = mem_array(1, sizeof *m);
 	m->network = (struct network){.xyz = m->xyz, .kind = m->kind, .curve = m->curve, .point = m->point};
-	m->cage = (struct cage){.xyz = m->local_xyz, .net = m->net, .face_corner = m->corner, .face_start = m->start, .face_patch = m->patch};
+	m->cage = (struct cage){
+		.xyz = m->local_xyz, .net = m->net, .face_corner = m->corner, .face_start = m->start, .face_patch = m->patch};
 	return m;
 }
 
@@ -42,9 +43,11 @@ static idx_t add_point(struct made *m, double x, double y, double z, enum point_
 	return (idx_t)i;
 }
 
-static void add_curve(struct made *m, enum curve_kind kind, bool closed, idx_t left, idx_t right, const idx_t *point, size_t count)
+static void add_curve(struct made *m, enum curve_kind kind, bool closed, idx_t left, idx_t right, const idx_t *point,
+		      size_t count)
 {
-	m->curve[m->network.curve_count++] = (struct curve){.left = left, .right = right, .kind = kind, .closed = closed, .first = m->network.point_count, .count = count};
+	m->curve[m->network.curve_count++] = (struct curve){
+		.left = left, .right = right, .kind = kind, .closed = closed, .first = m->network.point_count, .count = count};
 	for (size_t i = 0; i < count; i++)
 		m->point[m->network.point_count++] = point[i];
 }
@@ -68,11 +71,13 @@ static void add_straight_curves(struct made *m, enum curve_kind between)
 {
 	for (size_t f = 0; f < m->cage.face_count; f++)
 		for (size_t i = m->start[f]; i < m->start[f + 1]; i++) {
-			const idx_t a = m->net[m->corner[i]], b = m->net[m->corner[i + 1 < m->start[f + 1] ? i + 1 : m->start[f]]];
+			const idx_t a = m->net[m->corner[i]],
+				    b = m->net[m->corner[i + 1 < m->start[f + 1] ? i + 1 : m->start[f]]];
 			idx_t right = -1;
 			for (size_t g = 0; g < m->cage.face_count; g++)
 				for (size_t j = m->start[g]; j < m->start[g + 1]; j++)
-					if (m->net[m->corner[j]] == b && m->net[m->corner[j + 1 < m->start[g + 1] ? j + 1 : m->start[g]]] == a)
+					if (m->net[m->corner[j]] == b &&
+					    m->net[m->corner[j + 1 < m->start[g + 1] ? j + 1 : m->start[g]]] == a)
 						right = m->patch[g];
 			if (right == m->patch[f] || (right >= 0 && a > b))
 				continue;
@@ -218,8 +223,8 @@ static void test_planar(void **state)
 	(void)state;
 	struct made *m = make();
 	add_cube_points(m, 0, 0, 0);
-	const idx_t mid[4] = {add_point(m, 0.5, 0, 1, POINT_CREASE), add_point(m, 1, 0.5, 1, POINT_CREASE), add_point(m, 0.5, 1, 1, POINT_CREASE),
-	                      add_point(m, 0, 0.5, 1, POINT_CREASE)};
+	const idx_t mid[4] = {add_point(m, 0.5, 0, 1, POINT_CREASE), add_point(m, 1, 0.5, 1, POINT_CREASE),
+			      add_point(m, 0.5, 1, 1, POINT_CREASE), add_point(m, 0, 0.5, 1, POINT_CREASE)};
 	const idx_t centre = add_point(m, 0.5, 0.5, 1, POINT_CREASE);
 	for (idx_t i = 0; i < 4; i++) {
 		const idx_t j = (i + 1) % 4;
@@ -383,9 +388,9 @@ static void test_damage(void **state)
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
-		cmocka_unit_test(test_cube),    cmocka_unit_test(test_cylinder), cmocka_unit_test(test_bored_block),
-		cmocka_unit_test(test_planar),  cmocka_unit_test(test_star),     cmocka_unit_test(test_corners),
-		cmocka_unit_test(test_fans),    cmocka_unit_test(test_dissolve), cmocka_unit_test(test_damage),
+		cmocka_unit_test(test_cube),   cmocka_unit_test(test_cylinder), cmocka_unit_test(test_bored_block),
+		cmocka_unit_test(test_planar), cmocka_unit_test(test_star),     cmocka_unit_test(test_corners),
+		cmocka_unit_test(test_fans),   cmocka_unit_test(test_dissolve), cmocka_unit_test(test_damage),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }

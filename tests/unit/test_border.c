@@ -64,7 +64,8 @@ static void check_left(const struct border_network *b, const struct dense *d)
 			const idx_t from = b->vertex[chain->first + i - 1], to = b->vertex[chain->first + i % chain->count];
 			bool found = false;
 			for (size_t h = 0; h < 3 * d->triangle_count; h++)
-				found |= d->triangle[h] == from && d->triangle[h - h % 3 + (h + 1) % 3] == to && d->label[h / 3] == chain->left;
+				found |= d->triangle[h] == from && d->triangle[h - h % 3 + (h + 1) % 3] == to &&
+					 d->label[h / 3] == chain->left;
 			assert_true(found);
 		}
 	}
@@ -169,7 +170,8 @@ static void test_island(void **state)
 }
 
 static const double cube_xyz[24] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1};
-static const idx_t cube_triangle[36] = {0, 3, 2, 0, 2, 1, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4, 1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 0, 4, 3, 4, 7};
+static const idx_t cube_triangle[36] = {0, 3, 2, 0, 2, 1, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4,
+					1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 0, 4, 3, 4, 7};
 
 static struct dense cube(void)
 {
@@ -317,7 +319,8 @@ static void test_match(void **state)
 		point[2 * i] = b.vertex[chain->first + 1];
 		point[2 * i + 1] = b.vertex[chain->first];
 	}
-	struct network network = {.vertex_count = 8, .curve_count = 12, .point_count = 24, .xyz = d.xyz, .curve = curve, .point = point};
+	struct network network = {
+		.vertex_count = 8, .curve_count = 12, .point_count = 24, .xyz = d.xyz, .curve = curve, .point = point};
 	border_match(found, &b, &d, &network);
 	for (idx_t i = 0; i < 12; i++)
 		assert_int_equal(found[i], 11 - i);
@@ -349,10 +352,10 @@ static void test_options(void **state)
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
-		cmocka_unit_test(test_square), cmocka_unit_test(test_halves),        cmocka_unit_test(test_touching), cmocka_unit_test(test_island),
-		cmocka_unit_test(test_cube),   cmocka_unit_test(test_parent),        cmocka_unit_test(test_fading_crease),
-		cmocka_unit_test(test_dart),   cmocka_unit_test(test_faults),        cmocka_unit_test(test_match),
-		cmocka_unit_test(test_options),
+		cmocka_unit_test(test_square),        cmocka_unit_test(test_halves),  cmocka_unit_test(test_touching),
+		cmocka_unit_test(test_island),        cmocka_unit_test(test_cube),    cmocka_unit_test(test_parent),
+		cmocka_unit_test(test_fading_crease), cmocka_unit_test(test_dart),    cmocka_unit_test(test_faults),
+		cmocka_unit_test(test_match),         cmocka_unit_test(test_options),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -65,8 +65,9 @@ static void test_table(void **state)
 		double angle, error;
 		size_t points;
 	} table[] = {
-		{0, 1.5e-2, 4}, {0, 5.0e-3, 5}, {0, 2.2e-3, 6}, {0, 6.1e-4, 8}, {0, 1.1e-4, 12},
-		{90, 2.3e-2, 3}, {90, 4.1e-3, 4}, {90, 1.2e-3, 5}, {90, 5.0e-4, 6}, {180, 2.6e-2, 4}, {180, 7.1e-3, 5}, {180, 2.7e-3, 6}, {180, 1.2e-3, 7},
+		{0, 1.5e-2, 4},   {0, 5.0e-3, 5},   {0, 2.2e-3, 6},   {0, 6.1e-4, 8},  {0, 1.1e-4, 12},
+		{90, 2.3e-2, 3},  {90, 4.1e-3, 4},  {90, 1.2e-3, 5},  {90, 5.0e-4, 6}, {180, 2.6e-2, 4},
+		{180, 7.1e-3, 5}, {180, 2.7e-3, 6}, {180, 1.2e-3, 7},
 	};
 	for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
 		const bool closed = table[i].angle == 0;
@@ -74,7 +75,8 @@ static void test_table(void **state)
 		struct curvefit fit;
 		curvefit_exact(&fit, &line, within(1e-6), table[i].points);
 		if (fit.error > 1.5 * table[i].error + 2e-5)
-			fail_msg("%zu points on %g degrees: %g, table %g", table[i].points, table[i].angle, fit.error, table[i].error);
+			fail_msg("%zu points on %g degrees: %g, table %g", table[i].points, table[i].angle, fit.error,
+				 table[i].error);
 		assert_true(fit.error > table[i].error / 3); /* uniform cubics can do no better */
 		curvefit_free(&fit);
 		polyline_free(&line);
@@ -196,8 +198,9 @@ static void test_scaling(void **state)
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
-		cmocka_unit_test(test_circle), cmocka_unit_test(test_table),  cmocka_unit_test(test_quarter), cmocka_unit_test(test_straight),
-		cmocka_unit_test(test_spline), cmocka_unit_test(test_coarse), cmocka_unit_test(test_jagged),  cmocka_unit_test(test_scaling),
+		cmocka_unit_test(test_circle),   cmocka_unit_test(test_table),   cmocka_unit_test(test_quarter),
+		cmocka_unit_test(test_straight), cmocka_unit_test(test_spline),  cmocka_unit_test(test_coarse),
+		cmocka_unit_test(test_jagged),   cmocka_unit_test(test_scaling),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }

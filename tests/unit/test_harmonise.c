@@ -61,7 +61,8 @@ static void test_tube(void **state)
 	assert_int_equal(loops.first_loop[1], 2);
 	/* seen from the tube the two run against each other */
 	struct polyline line[2] = {circle(1, 0, 0.3, 1, 200), circle(3, 2, 1, -1, 200)};
-	const struct curvefit_options limit[2] = {{.max = 5e-3, .mean = 5e-3, .side = 6, .least_points = 3}, {.max = 5e-3, .mean = 5e-3, .side = 6, .least_points = 3}};
+	const struct curvefit_options limit[2] = {{.max = 5e-3, .mean = 5e-3, .side = 6, .least_points = 3},
+						  {.max = 5e-3, .mean = 5e-3, .side = 6, .least_points = 3}};
 	struct curvefit fit[2];
 	for (size_t i = 0; i < 2; i++)
 		curvefit_best(fit + i, line + i, limit[i]);
@@ -85,11 +86,13 @@ static void test_tube(void **state)
 	patchloops_free(&loops);
 }
 
-/* A four-sided patch: its bent sides are arcs of 50 and 130 degrees; both get what the second needs. Its straight sides stay without inner points. */
+/* A four-sided patch: its bent sides are arcs of 50 and 130 degrees; both get what the second needs. Its straight sides stay
+ * without inner points. */
 static void test_quad(void **state)
 {
 	(void)state;
-	struct border_chain chain[4] = {{.left = 0, .right = 1}, {.left = 0, .right = 2}, {.left = 0, .right = 3}, {.left = 0, .right = 4}};
+	struct border_chain chain[4] = {
+		{.left = 0, .right = 1}, {.left = 0, .right = 2}, {.left = 0, .right = 3}, {.left = 0, .right = 4}};
 	struct border_network border = {.chain_count = 4, .chain = chain};
 	const idx_t node[8] = {0, 1, 1, 2, 2, 3, 3, 0};
 	struct patchloops loops;
@@ -114,7 +117,8 @@ static void test_quad(void **state)
 	const size_t low = fit[0].count, high = fit[2].count;
 	assert_true(low < high && high - 2 <= 2 * (low - 2));
 	assert_int_equal(fit[1].count, 2);
-	assert_int_equal(harmonise(fit, line, limit, &border, &loops), 2); /* the flat arc; and a straight side, which keeps its two points */
+	assert_int_equal(harmonise(fit, line, limit, &border, &loops),
+			 2); /* the flat arc; and a straight side, which keeps its two points */
 	assert_int_equal(fit[0].count, high);
 	assert_int_equal(fit[2].count, high);
 	assert_int_equal(fit[1].count, 2);
@@ -142,7 +146,8 @@ static void test_unlike(void **state)
 	}
 	struct polyline line[2] = {circle(0.5, 0, 0, 1, 200), {0}};
 	polyline_init(line + 1, xyz, 400, true);
-	const struct curvefit_options limit = {.max = 1e-2, .mean = 1e-2, .side = 10, .least_points = 3}, limits[2] = {limit, limit};
+	const struct curvefit_options limit = {.max = 1e-2, .mean = 1e-2, .side = 10, .least_points = 3},
+				      limits[2] = {limit, limit};
 	struct curvefit fit[2];
 	for (size_t i = 0; i < 2; i++)
 		curvefit_best(fit + i, line + i, limit);

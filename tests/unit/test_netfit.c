@@ -20,7 +20,8 @@ static void assert_near(double value, double wanted, double tolerance)
 		fail_msg("%.17g is not %.17g +- %g", value, wanted, tolerance);
 }
 
-static struct dense make(const double *xyz, size_t vertex_count, const idx_t *triangle, const idx_t *label, size_t triangle_count, size_t patch_count)
+static struct dense make(const double *xyz, size_t vertex_count, const idx_t *triangle, const idx_t *label, size_t triangle_count,
+			 size_t patch_count)
 {
 	struct dense d = {.vertex_count = vertex_count, .triangle_count = triangle_count, .patch_count = patch_count};
 	d.xyz = mem_copy(xyz, 3 * vertex_count, sizeof *xyz);
@@ -59,14 +60,16 @@ static void check_rules(const struct network *n)
 			const struct curve *other = n->curve + o;
 			if (curve->count != 2 || other->count != 2)
 				continue;
-			const idx_t a = n->point[curve->first], b = n->point[curve->first + 1], p = n->point[other->first], q = n->point[other->first + 1];
+			const idx_t a = n->point[curve->first], b = n->point[curve->first + 1], p = n->point[other->first],
+				    q = n->point[other->first + 1];
 			assert_false((a == p && b == q) || (a == q && b == p));
 		}
 	}
 }
 
 static const double cube_xyz[24] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1};
-static const idx_t cube_triangle[36] = {0, 3, 2, 0, 2, 1, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4, 1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 0, 4, 3, 4, 7};
+static const idx_t cube_triangle[36] = {0, 3, 2, 0, 2, 1, 4, 5, 6, 4, 6, 7, 0, 1, 5, 0, 5, 4,
+					1, 2, 6, 1, 6, 5, 2, 3, 7, 2, 7, 6, 3, 0, 4, 3, 4, 7};
 static const idx_t cube_label[12] = {0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5};
 
 static void test_cube(void **state)
@@ -92,7 +95,8 @@ static struct dense cylinder(size_t facets)
 	for (size_t i = 0; i < facets; i++)
 		for (size_t z = 0; z < 2; z++) {
 			double *p = xyz + 3 * (2 * i + z);
-			p[0] = 0.5 * cos(2 * PI * (double)i / (double)facets), p[1] = 0.5 * sin(2 * PI * (double)i / (double)facets), p[2] = (double)z;
+			p[0] = 0.5 * cos(2 * PI * (double)i / (double)facets),
+			p[1] = 0.5 * sin(2 * PI * (double)i / (double)facets), p[2] = (double)z;
 		}
 	const idx_t low = (idx_t)(2 * facets), high = low + 1;
 	xyz[3 * high + 2] = 1;
@@ -123,7 +127,8 @@ static void test_cylinder(void **state)
 	for (size_t i = 0; i < 6; i++) {
 		double nearest = INFINITY;
 		for (size_t j = 0; j < 6; j++) {
-			const double *p = n.xyz + 3 * (size_t)n.point[n.curve[0].first + i], *q = n.xyz + 3 * (size_t)n.point[n.curve[1].first + j];
+			const double *p = n.xyz + 3 * (size_t)n.point[n.curve[0].first + i],
+				     *q = n.xyz + 3 * (size_t)n.point[n.curve[1].first + j];
 			nearest = fmin(nearest, hypot(p[0] - q[0], p[1] - q[1]));
 		}
 		assert_near(nearest, 0, 0.01);
@@ -199,7 +204,8 @@ static void test_loose(void **state)
 		for (size_t i = 0; i < N; i++) {
 			const idx_t a = (idx_t)(j * (N + 1) + i), c = a + N + 2, corner[6] = {a, a + 1, c, a, c, a + N + 1};
 			memcpy(triangle + 6 * (j * N + i), corner, sizeof corner);
-			label[2 * (j * N + i)] = label[2 * (j * N + i) + 1] = 2 * i + j % 2 * 2 < N; /* steps of one square to and fro */
+			label[2 * (j * N + i)] = label[2 * (j * N + i) + 1] =
+				2 * i + j % 2 * 2 < N; /* steps of one square to and fro */
 		}
 	struct dense d = make(xyz, (N + 1) * (N + 1), triangle, label, 2 * N * N, 2);
 	d.patch = mem_array(2, sizeof *d.patch);
@@ -245,8 +251,9 @@ static void test_threads(void **state)
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
-		cmocka_unit_test(test_cube),     cmocka_unit_test(test_cylinder), cmocka_unit_test(test_double),  cmocka_unit_test(test_contract),
-		cmocka_unit_test(test_no_pinch), cmocka_unit_test(test_loose),    cmocka_unit_test(test_threads),
+		cmocka_unit_test(test_cube),     cmocka_unit_test(test_cylinder), cmocka_unit_test(test_double),
+		cmocka_unit_test(test_contract), cmocka_unit_test(test_no_pinch), cmocka_unit_test(test_loose),
+		cmocka_unit_test(test_threads),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
