@@ -23,6 +23,9 @@ void grower_init(struct grower *g, const struct facets *f)
 	g->region = mem_array(f->triangle_count, sizeof *g->region);
 	g->stamp = mem_array(f->triangle_count, sizeof *g->stamp);
 	g->vertex_stamp = mem_array(f->vertex_count, sizeof *g->vertex_stamp);
+	g->foot_tick = mem_array(f->vertex_count, sizeof *g->foot_tick);
+	g->foot = mem_array(4 * f->vertex_count, sizeof *g->foot);
+	g->surface_tick = 1;
 	g->bad_stamp = mem_array(f->triangle_count, sizeof *g->bad_stamp);
 	g->points = mem_array(3 * (FIT_POINTS_MOST + 4), sizeof *g->points);
 	g->elements = mem_array(3 * (FIT_POINTS_MOST + 4), sizeof *g->elements);
@@ -36,6 +39,8 @@ void grower_free(struct grower *g)
 	free(g->stamp);
 	free(g->vertex_stamp);
 	free(g->bad_stamp);
+	free(g->foot_tick);
+	free(g->foot);
 	free(g->points);
 	free(g->elements);
 	free(g->normals);
@@ -54,18 +59,40 @@ static bool has_normal(const struct dense_patch *patch, const double x[3], doubl
 	return norm3(c) > 10 * distance;
 }
 
-bool grow_explains(const struct grower *g, const struct dense_patch *patch, idx_t t, double turn_limit, double *turn)
+void grow_begin(struct grower *g)
+{
+	g->surface_tick++;
+	if (g->surface_tick == 0) {
+		memset(g->foot_tick, 0, g->facets->vertex_count * sizeof *g->foot_tick);
+		g->surface_tick = 1;
+	}
+}
+
+/* Normal and distance at a vertex; its six or so triangles share them. */
+static const double *vertex_foot(struct grower *g, const struct dense_patch *patch, idx_t v)
+{
+	double *foot = g->foot + 4 * v;
+	if (g->foot_tick[v] != g->surface_tick) {
+		g->foot_tick[v] = g->surface_tick;
+		foot[3] = primitive_foot(patch, g->facets->xyz + 3 * v, NULL, foot);
+	}
+	return foot;
+}
+
+bool grow_explains(struct grower *g, const struct dense_patch *patch, idx_t t, double turn_limit, double *turn)
 {
 	const struct facets *f = g->facets;
-	double n[3][3], centre[3], widest = 0;
+	const double *n[3];
+	double centre[3], widest = 0;
 	int normals = 0;
 	for (int k = 0; k < 3; k++) {
-		const double *x = f->xyz + 3 * f->triangle[3 * t + k];
-		if (fabs(primitive_foot(patch, x, NULL, n[normals])) > g->distance)
+		const idx_t v = f->triangle[3 * t + k];
+		n[normals] = vertex_foot(g, patch, v);
+		if (fabs(n[normals][3]) > g->distance)
 			return false;
-		normals += has_normal(patch, x, g->distance);
+		normals += has_normal(patch, f->xyz + 3 * v, g->distance);
 	}
-	for (int i = 0; i < normals; i++)
+	for (int i = 0; i < normals && patch->kind != PATCH_PLANE; i++)
 		for (int j = 0; j < i; j++)
 			widest = fmax(widest, distance3(n[i], n[j]));
 	if (turn)
@@ -132,6 +159,7 @@ double grow_region(struct grower *g, const struct dense_patch *patch, const idx_
 {
 	const struct facets *f = g->facets;
 	const uint32_t tick = next_tick(g);
+	grow_begin(g);
 	struct turn_record record = {0, 0, NO_INDEX, NO_INDEX};
 	idx_t some_flat[4];
 	g->region_count = 0;

@@ -22,16 +22,21 @@ struct grower {
 	size_t flat_count;       /* distinct flats in it, counted up to a few */
 	size_t work;             /* triangles visited and points fitted so far: bounds the whole search */
 	/* private */
-	uint32_t *stamp, *vertex_stamp, *bad_stamp, tick; /* bad: flats that stick out of the surface */
+	uint32_t *foot_tick;     /* a vertex: when its distance and normal below were found */
+	double *foot;            /* 4 a vertex: normal of the surface at its foot point, distance */
+	uint32_t *stamp, *vertex_stamp, *bad_stamp, tick, surface_tick; /* bad: flats that stick out of the surface */
 	double *points, *elements, *normals, *weights;
 };
 
 void grower_init(struct grower *grower, const struct facets *facets);
 void grower_free(struct grower *grower);
 
+/* To be called before grow_explains is asked about another surface: what it remembers of vertices is void. */
+void grow_begin(struct grower *grower);
+
 /* Does the surface explain the triangle? turn_limit: most angle between surface normals at its corners (chord length, < 2);
  * turn (may be NULL) gets that angle. */
-bool grow_explains(const struct grower *grower, const struct dense_patch *patch, idx_t t, double turn_limit, double *turn);
+bool grow_explains(struct grower *grower, const struct dense_patch *patch, idx_t t, double turn_limit, double *turn);
 
 /* Collect the connected triangles around seed (count of them, which must be free) that the surface explains.
  * Returns the area, 0 when no seed triangle fits. */

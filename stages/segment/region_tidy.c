@@ -15,6 +15,7 @@
 #define IDENTIFY_ANGLE 0.05 /* radians */
 #define STRIP_AREA_MOST 10.0 /* least areas */
 #define UNITE_PASSES 50
+#define SOME_LOOKS 128
 #define UNEXPLAINED_MOST 0.005
 #define TURN_GROWTH_MOST 2.0 /* of the squared turn */
 #define SPECK_TRIANGLES_MOST 12
@@ -305,6 +306,7 @@ static void identify(struct regions *r, double distance, int kinds)
 		for (int k = 0; k < kinds && r->patch[i].kind == PATCH_FREE && count; k++) {
 			struct dense_patch surface = r->patch[i];
 			bool is_on = grow_hypothesis(&g, &surface, kind[k], part, count, distance);
+			grow_begin(&g);
 			for (size_t j = 0; j < count && is_on; j++)
 				is_on = grow_explains(&g, &surface, part[j], 1, NULL);
 			if (is_on)
@@ -327,18 +329,22 @@ void tidy_identify(struct regions *r, double distance)
 }
 
 /* Does the surface explain all triangles but a small share of their area? */
-static bool explains_all(const struct grower *g, const struct dense_patch *patch, const idx_t *part, size_t count, double area, double turn_limit)
+static bool explains_all(struct grower *g, const struct dense_patch *patch, const idx_t *part, size_t count, double area, double turn_limit)
 {
 	double out = 0;
+	grow_begin(g);
 	for (size_t i = 0; i < count; i++)
 		if (!grow_explains(g, patch, part[i], turn_limit, NULL) && (out += g->facets->area[part[i]]) > UNEXPLAINED_MOST * area)
 			return false;
 	return true;
 }
 
-static bool explains_any(const struct grower *g, const struct dense_patch *patch, const idx_t *part, size_t count)
+/* Does it explain some of them? Looks at SOME_LOOKS evenly taken. */
+static bool explains_some(struct grower *g, const struct dense_patch *patch, const idx_t *part, size_t count)
 {
-	for (size_t i = 0; i < count; i++)
+	const size_t step = count / SOME_LOOKS + 1;
+	grow_begin(g);
+	for (size_t i = 0; i < count; i += step)
 		if (grow_explains(g, patch, part[i], 2, NULL))
 			return true;
 	return false;
@@ -383,9 +389,10 @@ static bool fit_union(struct grower *g, struct dense_patch *out, const struct de
 }
 
 /* Sum of squared turns under the triangles, times their areas; widest and area are raised by what there is. */
-static double square_turn(const struct grower *g, const struct dense_patch *patch, const idx_t *part, size_t count, double *widest, double *area)
+static double square_turn(struct grower *g, const struct dense_patch *patch, const idx_t *part, size_t count, double *widest, double *area)
 {
 	double sum = 0, turn = 0;
+	grow_begin(g);
 	for (size_t i = 0; i < count; i++) {
 		if (area)
 			*area += g->facets->area[part[i]];
@@ -433,11 +440,12 @@ size_t tidy_unite(struct regions *r, const struct flats *flats, const struct tid
 				na = start[a + 1] - start[a], nb = start[b + 1] - start[b];
 			}
 			/* one surface for both is near each of them where they meet: most pairs end here */
-			struct grower wide = g;
-			wide.distance = 8 * o->distance;
-			wide.angle = 3 * o->angle;
-			if (!explains_any(&wide, &r->patch[a], member + start[b], nb < 64 ? nb : 64) &&
-			    !explains_any(&wide, &r->patch[b], member + start[a], na < 64 ? na : 64))
+			g.distance = 8 * o->distance;
+			g.angle = 3 * o->angle;
+			const bool is_near = explains_some(&g, &r->patch[a], member + start[b], nb) || explains_some(&g, &r->patch[b], member + start[a], na);
+			g.distance = o->is_noisy ? 2 * o->distance : o->distance;
+			g.angle = o->angle;
+			if (!is_near)
 				continue;
 			memcpy(part, member + start[a], na * sizeof *part);
 			memcpy(part + na, member + start[b], nb * sizeof *part);
