@@ -216,7 +216,7 @@ lint-cppcheck: | $(deps_first)
 	cppcheck -q -j$(JOBS) --cppcheck-build-dir=build/lint/cppcheck --error-exitcode=1 --std=c11 --language=c -I. -D_GNU_SOURCE --inline-suppr \
 	--enable=warning,performance,portability --suppressions-list=tests/tools/cppcheck.txt $(filter-out tests/fuzz/%,$(LINT_C))
 lint-sh: | $(deps_first)
-	shellcheck -s sh $(LINT_SH)
+	shellcheck -s sh -S warning -e SC3013 $(LINT_SH)
 lint-man: | $(deps_first)
 	mandoc -T lint -W warning $(LINT_PAGES)
 -include $(wildcard build/lint/*/*/*.d build/lint/*/*/*/*.d)
