@@ -24,10 +24,11 @@ static int compare_leaves(const void *left, const void *right)
 	return (a->half > b->half) - (a->half < b->half);
 }
 
-/* Two neighbouring leaves that could go on into each other, better ones first. */
+/* Two neighbouring leaves that could go on into each other, better ones first. In a mesh that is oriented, two that run the
+ * same way come last, and so do two in one place with their insides away from each other: bodies that touch. */
 struct match {
-	long long gap;        /* in ANGLE_STEPs */
-	bool is_twisted;      /* both run the same way, in a mesh whose other edges never do */
+	long long gap; /* in ANGLE_STEPs */
+	bool is_unlikely;
 	bool is_outside;      /* the gap is outside of the material */
 	size_t first, second; /* leaves */
 };
@@ -35,8 +36,8 @@ struct match {
 static int compare_matches(const void *left, const void *right)
 {
 	const struct match *a = left, *b = right;
-	if (a->is_twisted != b->is_twisted)
-		return a->is_twisted ? 1 : -1;
+	if (a->is_unlikely != b->is_unlikely)
+		return a->is_unlikely ? 1 : -1;
 	if (a->gap != b->gap)
 		return a->gap < b->gap ? -1 : 1;
 	if (a->is_outside != b->is_outside)
@@ -61,9 +62,24 @@ static void sort_leaves(struct leaf *leaf, const struct soup *soup, const struct
 		}
 		cross3(third, along, across);
 		const double angle = atan2(dot3(arm, third), dot3(arm, across));
-		leaf[i] = (struct leaf){angle < 0 ? angle + 2 * PI : angle, (idx_t)h, soup->triangle[h] == side->low};
+		leaf[i] = (struct leaf){angle < -ANGLE_STEP ? angle + 2 * PI : angle, (idx_t)h, soup->triangle[h] == side->low};
 	}
 	qsort(leaf, count, sizeof *leaf, compare_leaves);
+	/* Two in one place have no order by angle. As a contact of bodies the forward one comes first; as a fin, behind a
+	 * leaf with its outside towards them, the other one does. */
+	for (size_t i = 0; i + 1 < count; i++) {
+		if (leaf[i + 1].angle - leaf[i].angle >= ANGLE_STEP || leaf[i].is_forward == leaf[i + 1].is_forward)
+			continue;
+		const struct leaf *const last = &leaf[(i + count - 1) % count], *const before = &leaf[(i + count - 2) % count];
+		const bool last_is_single = count > 2 && fabs(last->angle - before->angle) >= ANGLE_STEP;
+		const bool is_fin = last_is_single && last->is_forward;
+		if (leaf[i].is_forward == is_fin) {
+			const struct leaf swap = leaf[i];
+			leaf[i] = leaf[i + 1];
+			leaf[i + 1] = swap;
+		}
+		i++;
+	}
 }
 
 /* Pair neighbours around the edge by smallest gap, drop them, and so on: each round pairs at least a third of what is
@@ -78,9 +94,9 @@ static void pair_leaves(struct soup *soup, struct leaf *leaf, struct match *matc
 			if (gap < 0 || j == 0)
 				gap += 2 * PI;
 			struct match m = {.first = i, .second = j};
-			m.is_twisted = is_oriented && leaf[i].is_forward == leaf[j].is_forward;
 			m.is_outside = leaf[i].is_forward;
 			m.gap = llround(gap / ANGLE_STEP);
+			m.is_unlikely = is_oriented && (leaf[i].is_forward == leaf[j].is_forward || (m.gap == 0 && m.is_outside));
 			match[matches++] = m;
 		}
 		qsort(match, matches, sizeof *match, compare_matches);
@@ -102,18 +118,6 @@ static void pair_leaves(struct soup *soup, struct leaf *leaf, struct match *matc
 		soup->opened[leaf[0].half] = 1;
 }
 
-/* Are nearly all edges with two triangles run through both ways? Then directions can be trusted at the others too. */
-static bool is_oriented(const struct soup *soup, const struct side *side, size_t count)
-{
-	size_t good = 0, twisted = 0;
-	for (size_t i = 0, end; i < count; i = end) {
-		end = side_run(side, count, i);
-		if (end - i == 2)
-			*(soup->triangle[side[i].half] == soup->triangle[side[i + 1].half] ? &twisted : &good) += 1;
-	}
-	return 10 * twisted <= good;
-}
-
 void soup_pair(struct soup *soup)
 {
 	const size_t count = 3 * soup->triangle_count;
@@ -121,7 +125,7 @@ void soup_pair(struct soup *soup)
 	soup->opened = mem_array(3 * soup->triangle_room, 1);
 	memset(soup->pair, 0xff, count * sizeof *soup->pair);
 	struct side *side = soup_sides(soup);
-	const bool oriented = is_oriented(soup, side, count);
+	const bool oriented = soup_is_oriented(soup, side);
 	size_t longest = 0;
 	for (size_t i = 0, end; i < count; i = end) {
 		end = side_run(side, count, i);

@@ -37,6 +37,9 @@ struct side *soup_sides(const struct soup *soup);
 /* Where the run of equal ends that begins at first is over. */
 size_t side_run(const struct side *side, size_t side_count, size_t first);
 
+/* Are nearly all edges with two triangles run through both ways? Then directions can be trusted at the others too. */
+bool soup_is_oriented(const struct soup *soup, const struct side *side);
+
 idx_t soup_add_vertex(struct soup *soup, const double xyz[3]);
 size_t soup_add_triangle(struct soup *soup, idx_t a, idx_t b, idx_t c); /* pair and opened, where there are some: none */
 /* Keep the triangles with keep[t] != 0, in their order. Before soup_pair only. */

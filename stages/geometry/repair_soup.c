@@ -42,6 +42,18 @@ size_t side_run(const struct side *side, size_t side_count, size_t first)
 	return end;
 }
 
+bool soup_is_oriented(const struct soup *soup, const struct side *side)
+{
+	const size_t count = 3 * soup->triangle_count;
+	size_t good = 0, twisted = 0;
+	for (size_t i = 0, end; i < count; i = end) {
+		end = side_run(side, count, i);
+		if (end - i == 2)
+			*(soup->triangle[side[i].half] == soup->triangle[side[i + 1].half] ? &twisted : &good) += 1;
+	}
+	return 10 * twisted <= good;
+}
+
 idx_t soup_add_vertex(struct soup *soup, const double xyz[3])
 {
 	if (soup->vertex_count == soup->vertex_room)

@@ -292,6 +292,27 @@ static void fin(void **state)
 	done(&mesh, &report);
 }
 
+/* Bodies that touch along whole faces stay bodies: a row of three cubes, and a block of eight. */
+static void bodies_that_touch(void **state)
+{
+	(void)state;
+	for (int block = 0; block < 2; block++) {
+		struct mesh mesh = new_mesh();
+		const int count = block ? 8 : 3;
+		for (int i = 0; i < count; i++)
+			add_cube(&mesh, block ? i & 1 : i, block ? i >> 1 & 1 : 0, block ? i >> 2 : 0, 1);
+		unweld(&mesh);
+		struct repair_report report = repaired(&mesh);
+		EXPECT_ONLY(report, REPAIR_WELDED_EXACT, REPAIR_NONMANIFOLD_EDGE_CUT);
+		assert_int_equal(report.component_count, count);
+		for (int i = 0; i < count; i++) {
+			expect_component(&report.component[i], 8, 18, 12, 0, 0);
+			assert_near(report.component[i].volume, 1, 1e-14);
+		}
+		done(&mesh, &report);
+	}
+}
+
 /* Alone, a sheet of two sides stays as one sheet. */
 static void sheet_of_two_sides(void **state)
 {
@@ -801,6 +822,7 @@ int main(void)
 		cmocka_unit_test(polygons),
 		cmocka_unit_test(collapsed_and_duplicate),
 		cmocka_unit_test(fin),
+		cmocka_unit_test(bodies_that_touch),
 		cmocka_unit_test(sheet_of_two_sides),
 		cmocka_unit_test(cap),
 		cmocka_unit_test(row_of_caps),
