@@ -222,6 +222,34 @@ static void swap_edges(struct sheet *sheet, const struct sheet_cost *cost)
 	}
 }
 
+/* No edge may stand twice between two control points, in this patch or any other: those that do (the costs could not avoid them)
+ * get a point in their middle, and edges from a point to itself, where a patch touches itself, two. */
+static void part_double_edges(struct sheet *sheet, const struct edge_set *taken)
+{
+	struct edge_set *mine = edge_set_new();
+	for (size_t h = 0; h < 3 * sheet->triangle_count; h++) {
+		if (sheet->origin[h] == NO_INDEX || sheet->twin[h] == NO_INDEX || sheet->twin[h] < (idx_t)h)
+			continue;
+		const idx_t a = sheet->origin[h], b = sheet_target(sheet, (idx_t)h), p = sheet->point[a], q = sheet->point[b];
+		if (p == NO_INDEX || q == NO_INDEX)
+			continue;
+		if (p != q && !edge_set_has(taken, p, q) && !edge_set_has(mine, p, q)) {
+			edge_set_add(mine, p, q);
+			continue;
+		}
+		double middle[3];
+		for (int k = 0; k < 3; k++)
+			middle[k] = (sheet->xyz[3 * (size_t)a + (size_t)k] + sheet->xyz[3 * (size_t)b + (size_t)k]) / 2;
+		sheet_split_edge(sheet, (idx_t)h, middle);
+		if (p != q)
+			continue;
+		for (int k = 0; k < 3; k++)
+			middle[k] = (sheet->xyz[3 * (size_t)a + (size_t)k] + middle[k]) / 2;
+		sheet_split_edge(sheet, (idx_t)h, middle);
+	}
+	edge_set_free(mine);
+}
+
 static double sheet_diameter(const struct sheet *sheet)
 {
 	double low[3] = {INFINITY, INFINITY, INFINITY}, high[3] = {-INFINITY, -INFINITY, -INFINITY};
@@ -285,6 +313,7 @@ bool layout_patch(enum layout_kind *kind, struct layout_context *context, idx_t 
 		good = fault_set(fault, EX_BAD_INPUT, "patch %" PRIidx ": its border cannot be thinned out to the control points", patch);
 	} else {
 		size_t faces_before = context->polygons->count;
+		part_double_edges(&sheet, context->taken);
 		for (size_t v = 0; v < sheet.vertex_count; v++)
 			if (sheet.outgoing[v] != NO_INDEX && sheet.point[v] == NO_INDEX)
 				sheet.point[v] = control_add(context->control, &sheet.xyz[3 * v], POINT_INSIDE);

@@ -116,11 +116,17 @@ void merge_triangles(struct layout_context *context, struct chord_context *chord
 		candidate[candidates++] = (struct candidate){cost, (idx_t)h};
 	}
 	qsort(candidate, candidates, sizeof *candidate, worst_first);
+	idx_t *valence = mem_array(sheet->vertex_count, sizeof *valence);
+	for (size_t i = 0; i < halves; i++)
+		if (sheet->origin[i] != NO_INDEX)
+			valence[sheet->origin[i]]++; /* edges of inner vertices */
 	idx_t corner[MOST_CORNERS];
 	for (size_t i = 0; i < candidates; i++) {
 		const idx_t h = candidate[i].half, g = sheet->twin[h];
 		const idx_t one = root_of(&rings, h / 3), two = root_of(&rings, g / 3);
-		if (one == two)
+		const idx_t from = sheet->origin[h], to = sheet->origin[g];
+		/* A point inside with two edges would be none. */
+		if (one == two || (valence[from] <= 3 && !sheet_on_border(sheet, from)) || (valence[to] <= 3 && !sheet_on_border(sheet, to)))
 			continue;
 		const size_t count = union_corners(corner, &rings, sheet, h);
 		double hint[3], other[3];
@@ -133,6 +139,7 @@ void merge_triangles(struct layout_context *context, struct chord_context *chord
 		normalise3(hint);
 		if (count == 0 || !is_good(context, options, corner, count, hint) || !covers_target(context, options, patch, corner, count))
 			continue;
+		valence[from]--, valence[to]--;
 		/* Take h and g out of their rings. */
 		rings.next[rings.previous[h]] = rings.next[g], rings.previous[rings.next[g]] = rings.previous[h];
 		rings.next[rings.previous[g]] = rings.next[h], rings.previous[rings.next[h]] = rings.previous[g];
@@ -151,5 +158,5 @@ void merge_triangles(struct layout_context *context, struct chord_context *chord
 		}
 		polygons_add(context->polygons, corner, count, patch);
 	}
-	free(rings.next), free(rings.previous), free(rings.root), free(candidate), free(done);
+	free(rings.next), free(rings.previous), free(rings.root), free(candidate), free(done), free(valence);
 }

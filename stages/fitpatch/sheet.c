@@ -113,14 +113,12 @@ static void link_twins(struct sheet *sheet, idx_t a, idx_t b)
 		sheet->twin[b] = a;
 }
 
-idx_t sheet_split_border(struct sheet *sheet, idx_t h, const double xyz[3])
+/* Split triangle (a b c) of h = a -> b into (a q c) and (q b c); returns q -> b. Twins of the two halves are the caller's. */
+static idx_t split_half(struct sheet *sheet, idx_t h, idx_t q)
 {
-	/* (a b c) with border a->b becomes (a q c) and (q b c). */
-	const idx_t a = sheet->origin[h], b = sheet_target(sheet, h), c = sheet_target(sheet, sheet_next(h));
-	const idx_t q = new_vertex(sheet, xyz), t = 3 * new_triangle(sheet);
-	const idx_t bc = sheet_next(h), across = sheet->twin[bc];
+	const idx_t bc = sheet_next(h), b = sheet->origin[bc], c = sheet_target(sheet, bc), across = sheet->twin[bc];
+	const idx_t t = 3 * new_triangle(sheet);
 	sheet->origin[t] = q, sheet->origin[t + 1] = b, sheet->origin[t + 2] = c;
-	sheet->twin[t] = NO_INDEX;
 	sheet->segment[t] = sheet->segment[h];
 	sheet->segment[t + 1] = sheet->segment[bc];
 	sheet->segment[t + 2] = NO_INDEX;
@@ -128,10 +126,26 @@ idx_t sheet_split_border(struct sheet *sheet, idx_t h, const double xyz[3])
 	sheet->origin[bc] = q;
 	sheet->segment[bc] = NO_INDEX;
 	link_twins(sheet, bc, t + 2);
-	sheet->outgoing[q] = t;
 	if (sheet->outgoing[b] == bc)
 		sheet->outgoing[b] = t + 1;
-	(void)a, (void)c;
+	return t;
+}
+
+idx_t sheet_split_border(struct sheet *sheet, idx_t h, const double xyz[3])
+{
+	const idx_t q = new_vertex(sheet, xyz), t = split_half(sheet, h, q);
+	sheet->twin[t] = NO_INDEX;
+	sheet->outgoing[q] = t;
+	return q;
+}
+
+idx_t sheet_split_edge(struct sheet *sheet, idx_t h, const double xyz[3])
+{
+	const idx_t g = sheet->twin[h], q = new_vertex(sheet, xyz);
+	const idx_t from_h = split_half(sheet, h, q), from_g = split_half(sheet, g, q);
+	link_twins(sheet, h, from_g); /* a -> q and q -> a */
+	link_twins(sheet, g, from_h);
+	sheet->outgoing[q] = from_h;
 	return q;
 }
 

@@ -35,6 +35,9 @@ void sheet_free(struct sheet *sheet);
 /* Split the border half-edge h at xyz; both parts keep h's segment; returns the new vertex, and h ends there. */
 idx_t sheet_split_border(struct sheet *sheet, idx_t h, const double xyz[3]);
 
+/* Split the inner edge of h at xyz: its two triangles become four. Returns the new vertex. */
+idx_t sheet_split_edge(struct sheet *sheet, idx_t h, const double xyz[3]);
+
 /* Does an edge join the two vertices? */
 idx_t sheet_edge(const struct sheet *sheet, idx_t a, idx_t b);
 
