@@ -64,12 +64,14 @@ bool ffx_frame_choose(struct ffx_frame *frame, const double low[3], double side,
 struct ffx_options {
 	size_t root_limit;     /* encodings that are tried, each from another start edge; the smallest is kept. 0: as many as
 	                          is cheap (all for cages up to some hundred edges) */
+	size_t first_root;     /* half-edge that the first attempt starts from; as in the report */
 };
 
 /* Where the bytes went. Parts are -log2 p / 8 of their decisions; total is the stream's size. */
 struct ffx_report {
 	size_t vertex_count, edge_count, face_count, hole_count, component_count, handle_count, label_count;
 	double bytes_c, bytes_g, bytes_f;
+	size_t root;           /* half-edge that this encoding starts from */
 	size_t bytes_header;   /* magic, flags, grid, frame and checksum */
 	size_t bytes_total;
 };

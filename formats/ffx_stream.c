@@ -143,6 +143,7 @@ struct attempt {
 	unsigned char *bytes;
 	size_t size;
 	uint64_t cost;
+	size_t root;
 	struct payload_report report;
 };
 
@@ -166,7 +167,7 @@ static bool encode_from(struct attempt *attempt, const struct payload *payload, 
 #define ROOT_WORK 60000
 
 /* The smallest encoding of all that are tried; the first of those of equal size and cost. */
-static bool encode_best(struct attempt *best, const struct payload *payload, size_t root_limit, struct fault *fault)
+static bool encode_best(struct attempt *best, const struct payload *payload, size_t root_limit, size_t first_root, struct fault *fault)
 {
 	const size_t halves = payload->surface.half_count;
 	size_t tries = root_limit ? root_limit : 1 + ROOT_WORK / halves;
@@ -177,7 +178,8 @@ static bool encode_best(struct attempt *best, const struct payload *payload, siz
 	*best = (struct attempt){0};
 	for (size_t i = 0; i < tries && is_good; i++) {
 		struct attempt attempt;
-		is_good = encode_from(&attempt, payload, (idx_t)(i * halves / tries), model, fault);
+		attempt.root = (first_root + i * halves / tries) % halves;
+		is_good = encode_from(&attempt, payload, (idx_t)attempt.root, model, fault);
 		if (!is_good)
 			break;
 		if (!best->bytes || attempt.size < best->size || (attempt.size == best->size && attempt.cost < best->cost)) {
@@ -207,7 +209,7 @@ bool ffx_encode(unsigned char **bytes, size_t *size, struct ffx_report *report, 
 	if (!payload_prepare(&payload, ffx, fault))
 		return false;
 	struct attempt best;
-	if (!encode_best(&best, &payload, options ? options->root_limit : 0, fault)) {
+	if (!encode_best(&best, &payload, options ? options->root_limit : 0, options ? options->first_root : 0, fault)) {
 		payload_free(&payload);
 		return false;
 	}
@@ -242,7 +244,7 @@ bool ffx_encode(unsigned char **bytes, size_t *size, struct ffx_report *report, 
 		*report = (struct ffx_report){
 			.vertex_count = s->vertex_count, .edge_count = s->half_count / 2, .face_count = s->face_count - s->hole_count,
 			.hole_count = s->hole_count, .component_count = best.report.component_count, .handle_count = best.report.handle_count,
-			.label_count = best.report.label_count, .bytes_c = (double)best.report.cost_c / per_byte, .bytes_g = (double)best.report.cost_g / per_byte,
+			.label_count = best.report.label_count, .root = best.root, .bytes_c = (double)best.report.cost_c / per_byte, .bytes_g = (double)best.report.cost_g / per_byte,
 			.bytes_f = (double)best.report.cost_f / per_byte, .bytes_header = header + sum_size, .bytes_total = at};
 	}
 	free(best.bytes);

@@ -7,6 +7,7 @@
 #include "formats/cage.h"
 #include "formats/ffx.h"
 #include "formats/mesh.h"
+#include "stages/facefix/cheaper.h"
 #include "stages/facefix/gridfit.h"
 #include "stages/tool/tool.h"
 
@@ -17,16 +18,17 @@ struct options {
 	int bits;              /* 0: by tolerance */
 	int roots;
 	struct tool_length tolerance;
-	bool no_frame, groups;
+	bool no_frame, groups, nearest;
 	struct tool_common common;
 };
 
 static const char usage[] =
-	"usage: facefix [-qv] [-o output] [--bits n | --tolerance length] [--groups] [--no-frame] [--roots n] [file]\n"
+	"usage: facefix [-qv] [-o output] [--bits n | --tolerance length] [--groups] [--nearest] [--no-frame] [--roots n] [file]\n"
 	"  --bits n          grid of 2^n - 1 steps on the longest side, 3 to 16 (default: by tolerance)\n"
 	"  --tolerance l     coarsest grid that moves the surface by no more than this in the mean and 8 times this at\n"
 	"                    most: model units, or % of the longest side (default 0.03%)\n"
 	"  --groups          store which patch each face belongs to\n"
+	"  --nearest         round every coordinate to the nearest, not to the cheapest within the tolerance\n"
 	"  --no-frame        leave out place and size: the longest side becomes 1\n"
 	"  --roots n         start edges to try, 1 to 100000; the smallest stream is kept (default: as many as is quick)\n"
 	"  -o, --output f    write there instead of to stdout\n";
@@ -38,6 +40,7 @@ static struct options parse_options(int argc, char **argv)
 		{"bits", 'b', TOOL_INTEGER, &opt.bits, 3, 16},
 		{"tolerance", 't', TOOL_LENGTH, &opt.tolerance, 0, 0},
 		{"groups", 0, TOOL_FLAG, &opt.groups, 0, 0},
+		{"nearest", 0, TOOL_FLAG, &opt.nearest, 0, 0},
 		{"no-frame", 0, TOOL_FLAG, &opt.no_frame, 0, 0},
 		{"roots", 0, TOOL_INTEGER, &opt.roots, 1, 100000},
 		{0},
@@ -82,6 +85,27 @@ static void put_on_grid(struct ffx *ffx, const struct cage *cage, const struct o
 	ffx->has_frame = !opt->no_frame;
 }
 
+static void pack(unsigned char **bytes, size_t *size, struct ffx_report *report, struct ffx *ffx, const struct cage *cage, const struct options *opt,
+                 const char *shown)
+{
+	struct fault fault = {0};
+	struct ffx_options options = {.root_limit = (size_t)opt->roots};
+	if (!ffx_encode(bytes, size, report, ffx, &options, &fault))
+		fail(shown, &fault);
+	if (opt->bits || opt->nearest)
+		return;
+	free(*bytes);
+	struct cheaper_report cheaper;
+	const double tolerance = tool_length_in_units(opt->tolerance, mesh_bounds(cage->xyz, cage->vertex_count, NULL, NULL));
+	if (!cheaper_round(ffx, &cheaper, cage, tolerance, report->root, &fault))
+		fail(shown, &fault);
+	tool_say("tried=%zu moved=%zu payload_before=%.1f payload_after=%.1f mean=%.9g max=%.9g", cheaper.tried, cheaper.moved, cheaper.bytes_before,
+		cheaper.bytes_after, cheaper.mean, cheaper.max);
+	options.first_root = report->root;
+	if (!ffx_encode(bytes, size, report, ffx, &options, &fault))
+		fail(shown, &fault);
+}
+
 int main(int argc, char **argv)
 {
 	tool_init("facefix");
@@ -104,9 +128,7 @@ int main(int argc, char **argv)
 	unsigned char *bytes;
 	size_t size;
 	struct ffx_report report;
-	const struct ffx_options options = {.root_limit = (size_t)opt.roots};
-	if (!ffx_encode(&bytes, &size, &report, &ffx, &options, &fault))
-		fail(shown, &fault);
+	pack(&bytes, &size, &report, &ffx, &cage, &opt, shown);
 
 	struct output output;
 	if (!output_open(&output, opt.common.output, &fault))

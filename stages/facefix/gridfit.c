@@ -6,12 +6,10 @@
 #include <string.h>
 
 #include "formats/mesh.h"
-#include "stages/geometry/subdivide.h"
 #include "stages/geometry/vector.h"
 
 #define MEASURED_FACES 200000
 #define MEASURED_LEVEL 3
-#define MAX_OVER_MEAN 8
 
 bool gridfit_round(struct ffx *ffx, const struct cage *cage, unsigned grid_code, bool with_patches, struct fault *fault)
 {
@@ -149,36 +147,53 @@ static void measure(double *mean, double *max, const struct level *a, const stru
 	*max = most;
 }
 
+bool gridfit_ruler_start(struct gridfit_ruler *ruler, const struct cage *cage, struct fault *fault)
+{
+	*ruler = (struct gridfit_ruler){.cage = cage, .level = MEASURED_LEVEL};
+	if (!level_from_cage(&ruler->base, cage, fault))
+		return false;
+	size_t faces = cage->face_start[cage->face_count] * 16; /* at level 3: each corner gives a quad and that 16 */
+	for (; ruler->level > 1 && faces > MEASURED_FACES; ruler->level--)
+		faces /= 4;
+	level_refine(&ruler->target, &ruler->base, cage->scheme, ruler->level);
+	return true;
+}
+
+void gridfit_ruler_free(struct gridfit_ruler *ruler)
+{
+	level_free(&ruler->base);
+	level_free(&ruler->target);
+}
+
+void gridfit_deviation(double *mean, double *max, struct gridfit_ruler *ruler, const struct ffx *ffx)
+{
+	struct cage rounded;
+	ffx_to_cage(&rounded, ffx);
+	memcpy(ruler->base.xyz, rounded.xyz, 3 * rounded.vertex_count * sizeof *ruler->base.xyz);
+	struct level refined;
+	level_refine(&refined, &ruler->base, ruler->cage->scheme, ruler->level);
+	measure(mean, max, &ruler->target, &refined);
+	level_free(&refined);
+	cage_free(&rounded);
+}
+
 bool gridfit_choose(struct gridfit_choice *choice, const struct cage *cage, double tolerance, struct fault *fault)
 {
 	*choice = (struct gridfit_choice){0};
-	struct level base, target;
-	if (!level_from_cage(&base, cage, fault))
+	struct gridfit_ruler ruler;
+	if (!gridfit_ruler_start(&ruler, cage, fault))
 		return false;
-	int level = MEASURED_LEVEL;
-	size_t faces = cage->face_start[cage->face_count] * 16; /* at level 3: each corner gives a quad and that 16 */
-	for (; level > 1 && faces > MEASURED_FACES; level--)
-		faces /= 4;
-	level_refine(&target, &base, cage->scheme, level);
 	const double side = mesh_bounds(cage->xyz, cage->vertex_count, NULL, NULL);
 	/* Rounding moves the surface by about a fifth of a step in the mean: grids ten times coarser need not be tried. */
 	const double coarsest = fmin(0.02 * side / tolerance, 40000);
-	unsigned code = ffx_grid_code((int32_t)fmax(coarsest, 7));
 	bool is_good = true;
-	for (; is_good; code++) {
+	for (unsigned code = ffx_grid_code((int32_t)fmax(coarsest, 7));; code++) {
 		struct ffx ffx;
 		is_good = gridfit_round(&ffx, cage, code, false, fault);
 		if (!is_good)
 			break;
-		struct cage rounded;
-		ffx_to_cage(&rounded, &ffx);
-		memcpy(base.xyz, rounded.xyz, 3 * cage->vertex_count * sizeof *base.xyz);
-		struct level refined;
-		level_refine(&refined, &base, cage->scheme, level);
-		measure(&choice->mean, &choice->max, &target, &refined);
-		level_free(&refined);
-		cage_free(&rounded);
-		const bool is_near = choice->mean <= tolerance && choice->max <= MAX_OVER_MEAN * tolerance;
+		gridfit_deviation(&choice->mean, &choice->max, &ruler, &ffx);
+		const bool is_near = choice->mean <= tolerance && choice->max <= GRIDFIT_MAX_OVER_MEAN * tolerance;
 		bool is_whole = true;
 		if (is_near) {
 			const struct gridfit_damage damage = gridfit_check(cage, &ffx, GRIDFIT_SMALL_TOLERANCES * tolerance);
@@ -190,7 +205,6 @@ bool gridfit_choose(struct gridfit_choice *choice, const struct cage *cage, doub
 		if ((is_near && is_whole) || code + 1 == FFX_GRID_CODES)
 			break;
 	}
-	level_free(&base);
-	level_free(&target);
+	gridfit_ruler_free(&ruler);
 	return is_good;
 }

@@ -8,6 +8,7 @@
 #include "formats/cage.h"
 #include "formats/fault.h"
 #include "formats/ffx.h"
+#include "stages/geometry/subdivide.h"
 
 /* Fill *ffx with the cage on grid grid_code: frame, positions, faces, flags; patches when with_patches. The longest side gets as many
  * steps as the grid has and the lowest corner is its origin, both within 1e-6 of the longest side. Faults: a cage without extent or too far from the origin. */
@@ -23,6 +24,8 @@ struct gridfit_damage gridfit_check(const struct cage *cage, const struct ffx *f
 #define GRIDFIT_SMALL_TOLERANCES 4 /* small, in tolerances of the mean */
 #define GRIDFIT_SMALL_SIDE 1e-3    /* small, of the longest side, when there is no tolerance */
 
+#define GRIDFIT_MAX_OVER_MEAN 8 /* allowed largest deviation, in tolerances of the mean */
+
 struct gridfit_choice {
 	unsigned grid_code;
 	double mean, max;      /* deviation of the refined surfaces along the normal, model units; 0 when not measured */
@@ -33,5 +36,16 @@ struct gridfit_choice {
  * and on which nothing collapses or turns (small: 4 tolerance). Refined to level 3, or less for cages so large that this gives more than 200,000 faces.
  * The finest grid is taken, with a warning left to the caller (choice->mean > tolerance), when none does. */
 bool gridfit_choose(struct gridfit_choice *choice, const struct cage *cage, double tolerance, struct fault *fault);
+
+/* Measures how far roundings of one cage move its refined surface. */
+struct gridfit_ruler {
+	const struct cage *cage;
+	struct level base, target; /* the cage, and it refined */
+	int level;
+};
+bool gridfit_ruler_start(struct gridfit_ruler *ruler, const struct cage *cage, struct fault *fault);
+void gridfit_ruler_free(struct gridfit_ruler *ruler);
+/* Mean and largest deviation along the normal, model units. */
+void gridfit_deviation(double *mean, double *max, struct gridfit_ruler *ruler, const struct ffx *ffx);
 
 #endif

@@ -2,6 +2,7 @@
 #include "tests/unit/ffx_helpers.h"
 
 #include "formats/mesh.h"
+#include "stages/facefix/cheaper.h"
 #include "stages/facefix/gridfit.h"
 #include "stages/geometry/subdivide.h"
 #include "stages/geometry/vector.h"
@@ -73,6 +74,49 @@ static void test_choice(void **state)
 		cage_free(&rounded);
 		ffx_free(&ffx);
 	}
+	cage_free(&cage);
+}
+
+/* A plate whose coordinates are off their planes by about half a step: cheaper rounding finds planes again, within the tolerance measured anew, 1.3 steps of each exact value, and without new collapses. */
+static void test_cheaper(void **state)
+{
+	(void)state;
+	sample_seed(11);
+	struct cage cage = sample_plate(3, 2, 0.3, 0.5);
+	sample_tag(&cage, 30, 0);
+	for (size_t i = 0; i < 3 * cage.vertex_count; i++)
+		cage.xyz[i] = 100 * cage.xyz[i] + sample_real(-0.7, 0.7);
+	const double tolerance = 0.3;
+	struct gridfit_choice choice;
+	struct fault fault = {0};
+	struct ffx ffx;
+	struct cheaper_report report;
+	assert_true(gridfit_choose(&choice, &cage, tolerance, &fault));
+	assert_true(gridfit_round(&ffx, &cage, choice.grid_code, false, &fault));
+	assert_true(cheaper_round(&ffx, &report, &cage, tolerance, 0, &fault));
+	assert_true(report.moved > 3 && report.tried >= report.moved);
+	assert_true(report.bytes_after < 0.97 * report.bytes_before);
+	struct gridfit_ruler ruler;
+	double mean, max;
+	assert_true(gridfit_ruler_start(&ruler, &cage, &fault));
+	gridfit_deviation(&mean, &max, &ruler, &ffx);
+	gridfit_ruler_free(&ruler);
+	assert_near(mean, report.mean, 1e-12);
+	assert_true(mean <= tolerance && max <= 8 * tolerance);
+	struct cage rounded;
+	ffx_to_cage(&rounded, &ffx);
+	for (size_t i = 0; i < 3 * cage.vertex_count; i++)
+		assert_near(rounded.xyz[i], cage.xyz[i], 1.3 * ffx.frame.step * (1 + 1e-6) + 1e-4);
+	const struct gridfit_damage damage = gridfit_check(&cage, &ffx, 4 * tolerance);
+	assert_int_equal(damage.collapsed + damage.turned, 0);
+	size_t size;
+	struct ffx_report packed;
+	unsigned char *bytes;
+	assert_true(ffx_encode(&bytes, &size, &packed, &ffx, &(struct ffx_options){.root_limit = 1}, &fault));
+	assert_near(packed.bytes_c + packed.bytes_g + packed.bytes_f, report.bytes_after, 1e-9);
+	free(bytes);
+	cage_free(&rounded);
+	ffx_free(&ffx);
 	cage_free(&cage);
 }
 
@@ -169,6 +213,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(test_rounding),
 		cmocka_unit_test(test_choice),
+		cmocka_unit_test(test_cheaper),
 		cmocka_unit_test(test_collapse),
 		cmocka_unit_test(test_refusals),
 		cmocka_unit_test(test_unpacked_levels),
