@@ -18,9 +18,7 @@ static const double curve_weight = 3;        /* of a crease sample against a sur
 static const double node_weight = 10;
 static const double reverse_weight = 0.5;
 static const double slide = 0.003;          /* isotropic share of every metric: little, or samples could not slide */
-/* Pull of points inside patches to the middle of their neighbours. The data leave them free to slide along the surface: where there
- * are many, in free forms, faces would fold over each other (of a smooth scan 2.4 % of the area with 1e-4, 0.08 % with 1e-2). */
-static const double fairness = 1e-3, free_fairness = 1e-2;
+static const double fairness = 1e-4;
 static const double proximal = 1e-3;
 
 struct system {
@@ -96,7 +94,7 @@ static double add_reverse(struct system *system)
 {
 	const struct target *target = system->target;
 	struct terms *terms = system->terms;
-	struct nearest *nearest = nearest_new(terms->level.xyz, terms->level.vertex_count, terms->triangle, terms->triangle_count);
+	struct nearest *nearest = nearest_new_labelled(terms->level.xyz, terms->level.vertex_count, terms->triangle, terms->triangle_count, terms->triangle_patch);
 	struct foot *feet = mem_array(target->sample_count, sizeof *feet);
 #pragma omp parallel for schedule(dynamic, 64)
 	for (size_t s = 0; s < target->sample_count; s++) {
@@ -147,12 +145,11 @@ static void add_regularity(struct system *system, double step)
 	const struct cage *cage = &terms->cage;
 	const double scale = lsq_scale(system->lsq);
 	const size_t n = cage->vertex_count;
-	idx_t *degree = mem_array(n, sizeof *degree), *patch = mem_array(n, sizeof *patch);
+	idx_t *degree = mem_array(n, sizeof *degree);
 	double *middle = mem_array(3 * n, sizeof *middle);
 	for (size_t f = 0; f < cage->face_count; f++)
 		for (size_t i = cage->face_start[f]; i < cage->face_start[f + 1]; i++) {
 			const idx_t a = cage->face_corner[i], b = cage->face_corner[i + 1 < cage->face_start[f + 1] ? i + 1 : cage->face_start[f]];
-			patch[a] = cage->face_patch[f];
 			degree[a]++; /* inside a closed fan every neighbour comes once */
 			add_scaled3(&middle[3 * (size_t)a], 1, &system->xyz[3 * (size_t)b]);
 		}
@@ -162,13 +159,12 @@ static void add_regularity(struct system *system, double step)
 		lsq_add_point(system->lsq, (idx_t)v, &system->xyz[3 * v], step * scale);
 		if (role == POINT_INSIDE) {
 			scale3(&middle[3 * v], 1.0 / degree[v]);
-			const bool is_free = system->target->dense->patch[patch[v]].kind == PATCH_FREE;
-			lsq_add_point(system->lsq, (idx_t)v, &middle[3 * v], (is_free ? free_fairness : fairness) * scale);
+			lsq_add_point(system->lsq, (idx_t)v, &middle[3 * v], fairness * scale);
 		} else if (role != POINT_CREASE) {
 			lsq_add_point(system->lsq, (idx_t)v, &system->node[3 * (size_t)point], node_weight * terms->area[v] / system->area);
 		}
 	}
-	free(degree), free(patch), free(middle);
+	free(degree), free(middle);
 }
 
 /* Go to next, but no point farther than its nearest neighbour is: the quadratic forms mean little beyond. */
@@ -313,7 +309,7 @@ bool joint_measure(struct patch_error *error, struct face_error *face_error, siz
 		note_worst(&error[p], face_error, feet[s].distance, face_of[s], &terms.level.xyz[3 * s]);
 	}
 	measure_folds(error, patch_count, face_error, &terms, feet);
-	struct nearest *nearest = nearest_new(terms.level.xyz, n, terms.triangle, terms.triangle_count);
+	struct nearest *nearest = nearest_new_labelled(terms.level.xyz, n, terms.triangle, terms.triangle_count, terms.triangle_patch);
 #pragma omp parallel for schedule(dynamic, 64)
 	for (size_t s = 0; s < target->sample_count; s++) {
 		const struct nearest_filter filter = {.label = terms.triangle_patch, .only = target->dense->label[target->sample_triangle[s]]};

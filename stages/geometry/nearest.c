@@ -12,6 +12,7 @@
 #include <stdlib.h>
 
 #include "formats/fault.h"
+#include "stages/geometry/labeltree.h"
 #include "stages/geometry/vector.h"
 
 /* Bounds for Embree's roundings. Vertices lie in [-1, 1], so storing one as float moves it by at most 2^-24 * sqrt(3);
@@ -25,6 +26,10 @@ struct nearest {
 	const idx_t *triangle;
 	size_t triangle_count;
 	double *normal;             /* 3 a triangle, unit; 0 for one without area */
+	/* Either the labels' tree */
+	struct label_tree *tree;
+	const idx_t *label;
+	/* or Embree's. */
 	double centre[3], half_side;
 	RTCDevice device;
 	RTCScene scene;
@@ -39,6 +44,7 @@ struct query {
 	struct foot foot;
 };
 
+/* Squared distance. */
 static double segment_foot(double point[3], double *along, const double p[3], const double a[3], const double b[3])
 {
 	double ab[3], ap[3];
@@ -56,7 +62,9 @@ static double segment_foot(double point[3], double *along, const double p[3], co
 		copy3(point, a);
 		add_scaled3(point, *along, ab);
 	}
-	return distance3(p, point);
+	double offset[3];
+	sub3(offset, p, point);
+	return dot3(offset, offset);
 }
 
 static bool comes_before(const double a[3], const double b[3])
@@ -67,52 +75,62 @@ static bool comes_before(const double a[3], const double b[3])
 	return false;
 }
 
-/* The three sides first, then the inside: the inside alone fails for slivers, where its weights are quotients of rounding
- * errors. A side is always run through from its lexicographically lower end, so that the two triangles of an edge
- * give the same bits and the tie rule holds. */
+/* Rounding errors of the weights are far below least_weight while their condition (squared) is below most_condition. */
+static const double least_weight = 1e-6, most_condition = 1e16;
+
+/* The weights of the foot in the plane say which sides see p: the nearest point lies on one of them, or inside when there is none.
+ * Slivers, whose weights are quotients of rounding errors, try all sides and the inside. A side is always run through from its
+ * lexicographically lower end, so that the two triangles of an edge give the same bits and the tie rule holds. */
 double nearest_on_triangle(double point[3], double weight[3], const double p[3], const double a[3], const double b[3], const double c[3])
 {
-	const double *const corner[3] = {a, b, c};
-	double best = INFINITY;
-	copy3(point, a);
-	weight[0] = 1, weight[1] = weight[2] = 0;
-	for (int k = 0; k < 3; k++) {
-		int from = k, to = (k + 1) % 3;
-		if (comes_before(corner[to], corner[from]))
-			from = to, to = k;
-		double foot[3], along;
-		const double distance = segment_foot(foot, &along, p, corner[from], corner[to]);
-		if (distance < best) {
-			best = distance;
-			copy3(point, foot);
-			weight[0] = weight[1] = weight[2] = 0;
-			weight[from] = 1 - along;
-			weight[to] += along;
-		}
-	}
-	double ab[3], ac[3], ap[3], n[3], m[3];
+	double ab[3], ac[3], ap[3], n[3], m[3], inner[3];
 	sub3(ab, b, a);
 	sub3(ac, c, a);
 	sub3(ap, p, a);
 	cross3(n, ab, ac);
 	const double nn = dot3(n, n);
 	cross3(m, ap, ac);
-	const double v = dot3(m, n) / nn;
+	inner[1] = dot3(m, n) / nn;
 	cross3(m, ab, ap);
-	const double w = dot3(m, n) / nn, u = 1 - v - w;
-	if (u > 0 && v > 0 && w > 0) { /* false for the NaN of a triangle without area */
-		double foot[3];
-		copy3(foot, a);
-		add_scaled3(foot, v, ab);
-		add_scaled3(foot, w, ac);
-		const double distance = distance3(p, foot);
-		if (distance < best) {
-			best = distance;
+	inner[2] = dot3(m, n) / nn;
+	inner[0] = 1 - inner[1] - inner[2];
+	const bool is_sliver = !(dot3(ap, ap) * fmax(dot3(ab, ab), dot3(ac, ac)) < most_condition * nn);
+	const double *const corner[3] = {a, b, c};
+	double best = INFINITY;
+	copy3(point, a);
+	weight[0] = 1, weight[1] = weight[2] = 0;
+	for (int k = 0; k < 3; k++) {
+		if (!is_sliver && inner[k == 0 ? 2 : k - 1] > least_weight)
+			continue;
+		int from = k, to = k == 2 ? 0 : k + 1;
+		if (comes_before(corner[to], corner[from])) {
+			const int swap = from;
+			from = to, to = swap;
+		}
+		double foot[3], along;
+		const double squared = segment_foot(foot, &along, p, corner[from], corner[to]);
+		if (squared < best) {
+			best = squared;
 			copy3(point, foot);
-			weight[0] = u, weight[1] = v, weight[2] = w;
+			weight[0] = weight[1] = weight[2] = 0;
+			weight[from] = 1 - along;
+			weight[to] += along;
 		}
 	}
-	return best;
+	if (inner[0] > 0 && inner[1] > 0 && inner[2] > 0) { /* false for the NaN of a triangle without area */
+		double foot[3], offset[3];
+		copy3(foot, a);
+		add_scaled3(foot, inner[1], ab);
+		add_scaled3(foot, inner[2], ac);
+		sub3(offset, p, foot);
+		const double squared = dot3(offset, offset);
+		if (squared < best) {
+			best = squared;
+			copy3(point, foot);
+			copy3(weight, inner);
+		}
+	}
+	return sqrt(best);
 }
 
 static _Noreturn void embree_failed(RTCDevice device)
@@ -122,7 +140,7 @@ static _Noreturn void embree_failed(RTCDevice device)
 	exit(EX_SYSTEM);
 }
 
-struct nearest *nearest_new(const double *xyz, size_t vertex_count, const idx_t *triangle, size_t triangle_count)
+static struct nearest *start(const double *xyz, const idx_t *triangle, size_t triangle_count)
 {
 	struct nearest *nearest = mem_array(1, sizeof *nearest);
 	nearest->xyz = xyz;
@@ -130,6 +148,40 @@ struct nearest *nearest_new(const double *xyz, size_t vertex_count, const idx_t 
 	nearest->triangle_count = triangle_count;
 	nearest->normal = mem_array(3 * triangle_count, sizeof *nearest->normal);
 	nearest->half_side = 1;
+	return nearest;
+}
+
+static void measure_normals(struct nearest *nearest)
+{
+	for (size_t t = 0; t < nearest->triangle_count; t++) {
+		const idx_t *corner = nearest->triangle + 3 * t;
+		area_vector3(nearest->normal + 3 * t, nearest->xyz + 3 * (size_t)corner[0], nearest->xyz + 3 * (size_t)corner[1],
+		             nearest->xyz + 3 * (size_t)corner[2]);
+		normalise3(nearest->normal + 3 * t);
+	}
+}
+
+struct nearest *nearest_new_labelled(const double *xyz, size_t vertex_count, const idx_t *triangle, size_t triangle_count, const idx_t *label)
+{
+	(void)vertex_count; /* as nearest_new has it */
+	struct nearest *nearest = start(xyz, triangle, triangle_count);
+	nearest->label = label;
+	if (triangle_count > 0)
+		nearest->tree = label_tree_new(xyz, triangle, triangle_count, label);
+	measure_normals(nearest);
+	return nearest;
+}
+
+void nearest_move(struct nearest *nearest)
+{
+	if (nearest->tree)
+		label_tree_refit(nearest->tree);
+	measure_normals(nearest);
+}
+
+struct nearest *nearest_new(const double *xyz, size_t vertex_count, const idx_t *triangle, size_t triangle_count)
+{
+	struct nearest *nearest = start(xyz, triangle, triangle_count);
 	if (triangle_count == 0)
 		return nearest;
 
@@ -165,15 +217,9 @@ struct nearest *nearest_new(const double *xyz, size_t vertex_count, const idx_t 
 		const double x = (xyz[i] - nearest->centre[i % 3]) / nearest->half_side;
 		position[i] = (float)fmax(-2, fmin(2, x)); /* beyond 1: a vertex without triangle */
 	}
-	for (size_t t = 0; t < triangle_count; t++) {
-		const double *at[3];
-		for (int k = 0; k < 3; k++) {
-			corner[3 * t + k] = (unsigned)triangle[3 * t + k];
-			at[k] = xyz + 3 * (size_t)triangle[3 * t + k];
-		}
-		area_vector3(nearest->normal + 3 * t, at[0], at[1], at[2]);
-		normalise3(nearest->normal + 3 * t);
-	}
+	for (size_t i = 0; i < 3 * triangle_count; i++)
+		corner[i] = (unsigned)triangle[i];
+	measure_normals(nearest);
 	rtcCommitGeometry(geometry);
 	rtcAttachGeometry(nearest->scene, geometry);
 	rtcReleaseGeometry(geometry);
@@ -191,6 +237,7 @@ void nearest_free(struct nearest *nearest)
 		rtcReleaseScene(nearest->scene);
 		rtcReleaseDevice(nearest->device);
 	}
+	label_tree_free(nearest->tree);
 	free(nearest->normal);
 	free(nearest);
 }
@@ -214,6 +261,8 @@ static bool consider(struct query *query, size_t t)
 {
 	const struct nearest *nearest = query->nearest;
 	const struct nearest_filter *filter = query->filter;
+	if ((idx_t)t == query->foot.triangle)
+		return false;
 	if (filter != NULL && filter->label != NULL && filter->label[t] != filter->only)
 		return false;
 	if (query->only_preferred && !(dot3(nearest->normal + 3 * t, filter->normal) > filter->least_dot))
@@ -256,20 +305,36 @@ static bool single_query(struct RTCPointQuery *single, double *slack, const stru
 	return far < SINGLE_FAR;
 }
 
+static double on_near_triangle(void *user, idx_t triangle)
+{
+	struct query *query = user;
+	consider(query, (size_t)triangle);
+	return query->foot.distance;
+}
+
 static void search(struct query *query, double max_distance)
 {
+	const struct nearest *nearest = query->nearest;
+	const struct nearest_filter *filter = query->filter;
 	query->foot.triangle = NO_INDEX;
 	query->foot.distance = max_distance;
+	if (filter != NULL && filter->hint > 0 && (size_t)filter->hint <= nearest->triangle_count)
+		consider(query, (size_t)filter->hint - 1);
+	if (nearest->tree) {
+		const bool only_label = filter != NULL && filter->label == nearest->label;
+		label_tree_search(nearest->tree, query->p, query->foot.distance, only_label, only_label ? filter->only : 0, on_near_triangle, query);
+		return;
+	}
 	struct RTCPointQuery single;
-	if (!single_query(&single, &query->slack, query->nearest, query->p)) {
-		for (size_t t = 0; t < query->nearest->triangle_count; t++)
+	if (!single_query(&single, &query->slack, nearest, query->p)) {
+		for (size_t t = 0; t < nearest->triangle_count; t++)
 			consider(query, t);
 		return;
 	}
-	single.radius = single_radius(query->nearest, max_distance, query->slack);
+	single.radius = single_radius(nearest, query->foot.distance, query->slack);
 	struct RTCPointQueryContext context;
 	rtcInitPointQueryContext(&context);
-	rtcPointQuery(query->nearest->scene, &single, &context, on_candidate, query);
+	rtcPointQuery(nearest->scene, &single, &context, on_candidate, query);
 }
 
 struct foot nearest_point(const struct nearest *nearest, const double p[3], double max_distance, const struct nearest_filter *filter)
@@ -317,11 +382,22 @@ static bool on_visit(struct RTCPointQueryFunctionArguments *arguments)
 	return false;
 }
 
+static double on_visit_near(void *user, idx_t triangle)
+{
+	struct visit *visit = user;
+	visit_one(visit, (size_t)triangle);
+	return visit->radius;
+}
+
 void nearest_within(const struct nearest *nearest, const double p[3], double radius, nearest_visitor *visitor, void *user)
 {
 	if (nearest->triangle_count == 0 || !isfinite(p[0]) || !isfinite(p[1]) || !isfinite(p[2]) || !(radius >= 0))
 		return;
 	struct visit visit = {.query = {.nearest = nearest, .p = p}, .radius = radius, .visitor = visitor, .user = user};
+	if (nearest->tree) {
+		label_tree_search(nearest->tree, p, radius, false, 0, on_visit_near, &visit);
+		return;
+	}
 	struct RTCPointQuery single;
 	if (!single_query(&single, &visit.query.slack, nearest, p)) {
 		for (size_t t = 0; t < nearest->triangle_count; t++)

@@ -1,4 +1,4 @@
-/* Nearest points on a triangle mesh (Embree BVH; the foot point is refined in double precision). */
+/* Nearest points on a triangle mesh (Embree BVH, or a tree of our own by labels; the foot point is refined in double precision). */
 #ifndef CAGEWRIGHT_NEAREST_H
 #define CAGEWRIGHT_NEAREST_H
 
@@ -23,11 +23,19 @@ struct nearest_filter {
 	const double *normal;    /* unit; triangles whose normal n has dot(n, *normal) > least_dot are preferred: when one lies within */
 	double least_dot;        /* reach * (the unrestricted distance) + slack it is taken, else the unrestricted answer */
 	double reach, slack;
+	idx_t hint;              /* 1 + a triangle that is probably near, such as the answer for a point close by; 0: none. The search is
+	                          * faster with it, the answer the same */
 };
 
 /* Keeps pointers to the arrays: they must outlive it. Ends the program (exit 4) when Embree has no memory. */
 struct nearest *nearest_new(const double *xyz, size_t vertex_count, const idx_t *triangle, size_t triangle_count);
 void nearest_free(struct nearest *nearest);
+
+/* For meshes whose triangles bear labels, and whose vertices may move: a query with that very array as label searches the triangles
+ * with its label alone. Keeps a pointer to label too. */
+struct nearest *nearest_new_labelled(const double *xyz, size_t vertex_count, const idx_t *triangle, size_t triangle_count, const idx_t *label);
+/* The vertices of a labelled mesh have moved (the same array, new numbers): make the tree fit them, O(n). */
+void nearest_move(struct nearest *nearest);
 
 /* Nearest point to p; filter may be NULL. Ties go to the lowest triangle index. max_distance: INFINITY or a bound.
  * A p that is not finite has no nearest point. */

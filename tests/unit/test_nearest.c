@@ -5,6 +5,7 @@
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -227,6 +228,102 @@ static void all_within(void **state)
 	nearest_free(nearest);
 }
 
+static void expect_same(const struct foot *got, const struct foot *want)
+{
+	assert_int_equal(got->triangle, want->triangle);
+	if (want->triangle == NO_INDEX)
+		return;
+	assert_true(got->distance == want->distance);
+	for (int k = 0; k < 3; k++)
+		assert_true(got->point[k] == want->point[k]);
+}
+
+/* The tree by labels gives the same bits as the search of all, whatever the hint, also after its vertices have gone anywhere. */
+static void labelled_equals_search_of_all(void **state)
+{
+	(void)state;
+	uint64_t seed = 4242;
+	struct soup soup, moved;
+	random_soup(&soup, 2, 100, &seed);
+	idx_t label[SOUP_TRIANGLES], other[SOUP_TRIANGLES];
+	for (int t = 0; t < SOUP_TRIANGLES; t++) {
+		label[t] = t == 5 ? 40 : (idx_t)(7 * random_unit(&seed)) - 2; /* one label with a single triangle */
+		other[t] = (idx_t)(3 * random_unit(&seed));
+	}
+	struct nearest *nearest = nearest_new_labelled(soup.xyz, SOUP_VERTICES, soup.triangle, SOUP_TRIANGLES, label);
+	for (int round = 0; round < 3; round++) {
+		for (int i = 0; i < 300; i++) {
+			double p[3];
+			for (int k = 0; k < 3; k++)
+				p[k] = i % 9 == 0 ? soup.xyz[3 * (i % SOUP_VERTICES) + k] : 99 + 4 * random_unit(&seed);
+			struct nearest_filter filter = {.label = label, .only = i % 10 == 0 ? 40 : i % 10 - 3};
+			filter.hint = i % 3 ? (idx_t)(random_unit(&seed) * SOUP_TRIANGLES) + 1 : 0;
+			struct foot want = search_all(&soup, p, label, filter.only), got = nearest_point(nearest, p, INFINITY, &filter);
+			expect_same(&got, &want);
+			/* within a bound that is just too small, and just large enough */
+			if (want.triangle != NO_INDEX) {
+				got = nearest_point(nearest, p, want.distance, &filter);
+				expect_same(&got, &want);
+				got = nearest_point(nearest, p, nextafter(want.distance, -1), &filter);
+				assert_int_equal(got.triangle, NO_INDEX);
+			}
+			filter.label = other, filter.only = i % 3;
+			want = search_all(&soup, p, other, filter.only), got = nearest_point(nearest, p, INFINITY, &filter);
+			expect_same(&got, &want);
+			want = search_all(&soup, p, NULL, 0), got = nearest_point(nearest, p, INFINITY, NULL);
+			expect_same(&got, &want);
+			int visits[SOUP_TRIANGLES] = {0}, expected = 0, found = 0;
+			nearest_within(nearest, p, 0.5, count_visit, visits);
+			for (idx_t t = 0; t < SOUP_TRIANGLES; t++) {
+				double point[3], weight[3];
+				const idx_t *corner = soup.triangle + 3 * t;
+				expected += nearest_on_triangle(point, weight, p, soup.xyz + 3 * corner[0], soup.xyz + 3 * corner[1], soup.xyz + 3 * corner[2]) <= 0.5;
+				found += visits[t];
+			}
+			assert_int_equal(found, expected);
+		}
+		random_soup(&moved, round ? 0.1 : 2, round ? 101 : 100, &seed);
+		memcpy(soup.xyz, moved.xyz, sizeof soup.xyz);
+		nearest_move(nearest);
+	}
+	nearest_free(nearest);
+	/* no triangles at all */
+	nearest = nearest_new_labelled(soup.xyz, SOUP_VERTICES, soup.triangle, 0, label);
+	nearest_move(nearest);
+	assert_int_equal(nearest_point(nearest, soup.xyz, INFINITY, NULL).triangle, NO_INDEX);
+	nearest_free(nearest);
+}
+
+/* The weights of a foot in the plane say which sides to look at; all sides and the inside say the same. */
+static void skipped_sides_do_not_matter(void **state)
+{
+	(void)state;
+	uint64_t seed = 99;
+	for (int i = 0; i < 20000; i++) {
+		double v[3][3], p[3], point[3], weight[3], foot[3];
+		const double flat = pow(10, -12 * random_unit(&seed)), far = pow(10, 6 * random_unit(&seed) - 3);
+		for (int k = 0; k < 3; k++) {
+			for (int j = 0; j < 3; j++)
+				v[j][k] = (k == 1 ? flat : 1) * random_unit(&seed);
+			p[k] = v[0][k] + far * (random_unit(&seed) - 0.5);
+		}
+		const double distance = nearest_on_triangle(point, weight, p, v[0], v[1], v[2]);
+		double least = INFINITY;
+		for (int j = 0; j < 3; j++) { /* a triangle without area gives the nearest point of its sides */
+			double unused[3];
+			least = fmin(least, nearest_on_triangle(foot, unused, p, v[j], v[(j + 1) % 3], v[j]));
+		}
+		assert_true(distance <= least * (1 + 1e-15));
+		assert_near(distance3(p, point), distance, 1e-15 * (1 + distance));
+		for (int j = 0; j < 3; j++)
+			assert_true(weight[j] >= 0);
+		double sum[3] = {0, 0, 0};
+		for (int j = 0; j < 3; j++)
+			add_scaled3(sum, weight[j], v[j]);
+		assert_near3(sum, point, 1e-12);
+	}
+}
+
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
@@ -236,6 +333,8 @@ int main(void)
 		cmocka_unit_test(far_queries),
 		cmocka_unit_test(normal_preference),
 		cmocka_unit_test(all_within),
+		cmocka_unit_test(labelled_equals_search_of_all),
+		cmocka_unit_test(skipped_sides_do_not_matter),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
