@@ -31,6 +31,10 @@ static const char usage[] =
 
 /* Reverse samples for a part: enough that a patch of a thousandth of the area gets a few. */
 enum { SAMPLES = 6000, SCHEMA = 1 };
+/* Free forms start with points inside (struct layout_context, detail): a dome over a few border points would only fold. */
+enum { FREE_DETAIL = 3 };
+/* Areas pass through text: equal but for the last digits. */
+#define AREA_SLACK 1e-6
 
 struct options {
 	const char *mesh, *variant_name;
@@ -67,6 +71,35 @@ static int parse_options(struct options *options, int argc, char **argv)
 	return first;
 }
 
+/* Patches travel with the network: those of another part, or of a mesh that was segmented anew, are told by number and area. */
+static bool same_patches(const struct ply *document, const char *shown, const struct dense *dense, const char *mesh_shown, struct fault *fault)
+{
+	const struct ply_element *element = ply_element(document, "patch");
+	const struct ply_column *area = element ? ply_column(element, "area") : NULL;
+	if (!area || area->is_list)
+		return true; /* a network by hand: its curves alone must fit */
+	if (element->count != dense->patch_count)
+		return fault_set(fault, EX_BAD_INPUT, "%s: %zu patches, but %s has %zu: files of different parts", shown, element->count, mesh_shown,
+		                 dense->patch_count);
+	for (size_t p = 0; p < dense->patch_count; p++)
+		if (!(fabs(area->value[p] - dense->patch[p].area) <= AREA_SLACK * dense->patch[p].area))
+			return fault_set(fault, EX_BAD_INPUT, "%s: patch %zu has area %.6g, but %.6g in %s: files of different parts", shown, p, area->value[p],
+			                 dense->patch[p].area, mesh_shown);
+	return true;
+}
+
+/* The border chain that each curve follows, for every one of them. */
+static bool match_curves(idx_t *chain_of_curve, const struct border_network *border, const struct dense *dense, const struct network *network,
+                         const char *shown, const char *mesh_shown, struct fault *fault)
+{
+	border_match(chain_of_curve, border, dense, network);
+	for (size_t k = 0; k < network->curve_count; k++)
+		if (chain_of_curve[k] == NO_INDEX)
+			return fault_set(fault, EX_BAD_INPUT, "%s: curve %zu: %s has no such border between patches %" PRIidx " and %" PRIidx, shown, k, mesh_shown,
+			                 network->curve[k].left, network->curve[k].right);
+	return true;
+}
+
 int main(int argc, char **argv)
 {
 	tool_init("fitpatch");
@@ -85,14 +118,17 @@ int main(int argc, char **argv)
 	struct half half;
 	struct border_network border;
 	if (!network_from_ply(&network, &document, "vertex", shown, &fault) || !dense_from_ply(&dense, &mesh_document, true, mesh_shown, &fault)
-	    || !half_build_triangles(&half, dense.triangle, dense.triangle_count, dense.vertex_count, &fault)
-	    || !border_extract(&border, &dense, BORDER_DEFAULTS, &fault))
+	    || !same_patches(&document, shown, &dense, mesh_shown, &fault))
 		tool_fail(&fault);
+	if (!half_build_triangles(&half, dense.triangle, dense.triangle_count, dense.vertex_count, &fault)
+	    || !border_extract(&border, &dense, border_options_from_ply(&document), &fault))
+		tool_die(fault.code, "%s: %s", mesh_shown, fault.text);
 
 	const double side = mesh_bounds(dense.xyz, dense.vertex_count, NULL, NULL);
 	const double max = tool_length_in_units(options.max, side), mean = tool_length_in_units(options.mean, side);
 	idx_t *chain_of_curve = mem_array(network.curve_count, sizeof *chain_of_curve);
-	border_match(chain_of_curve, &border, &dense, &network);
+	if (!match_curves(chain_of_curve, &border, &dense, &network, shown, mesh_shown, &fault))
+		tool_fail(&fault);
 	struct nearest *nearest = nearest_new_labelled(dense.xyz, dense.vertex_count, dense.triangle, dense.triangle_count, dense.label);
 
 	struct draft draft;
@@ -101,7 +137,11 @@ int main(int argc, char **argv)
 	unsigned char *tangential = mem_array(network.curve_count, 1);
 	for (size_t k = 0; k < network.curve_count; k++) {
 		const struct curve *curve = &network.curve[k];
-		if (curve->kind != CURVE_SMOOTH || curve->left < 0 || curve->right < 0 || dense.patch[curve->left].parent == dense.patch[curve->right].parent)
+		if (curve->kind != CURVE_SMOOTH || curve->left < 0 || curve->right < 0)
+			continue;
+		const struct dense_patch *left = &dense.patch[curve->left], *right = &dense.patch[curve->right];
+		/* Parts of one surface, and of one free form, are smooth from the start. */
+		if (left->parent == right->parent || (left->kind == PATCH_FREE && right->kind == PATCH_FREE))
 			continue;
 		tangential[k] = 1;
 		tangential_count++;
@@ -114,10 +154,12 @@ int main(int argc, char **argv)
 	const struct rounds rounds = {&target, &half, chain_of_curve, {options.iterations, options.level, options.variant}, {max, mean}, options.rounds, tool_say};
 	struct patch_error *error = mem_array(dense.patch_count, sizeof *error);
 	struct layouts layouts = {mem_array(dense.patch_count, 1), mem_array(dense.patch_count, 1)};
+	for (size_t p = 0; p < dense.patch_count; p++)
+		layouts.detail[p] = dense.patch[p].kind == PATCH_FREE ? FREE_DETAIL : 0;
 	size_t smooth = 0;
 	if (!rounds_layout(&draft, &rounds, &layouts, NULL, &fault) || !rounds_fit(&draft, &layouts, error, &rounds, &fault)
 	    || !rounds_relax(&draft, error, &smooth, tangential, &rounds, &fault))
-		tool_fail(&fault);
+		tool_die(fault.code, "%s: %s", shown, fault.text);
 	tool_say("%zu of %zu tangential curves are smooth", smooth, tangential_count);
 	for (size_t p = 0; p < dense.patch_count; p++)
 		tool_say("patch %zu kind %d: mean %.3g%% max %.3g%% of the longest side, normals %.2f degrees, worst at %.4g %.4g %.4g", p, dense.patch[p].kind,
