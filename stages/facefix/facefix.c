@@ -71,11 +71,9 @@ static void put_on_grid(struct ffx *ffx, const struct cage *cage, const struct o
 			fail(shown, &fault);
 		code = choice.grid_code;
 		small = GRIDFIT_SMALL_TOLERANCES * tolerance;
-		if (choice.finer)
-			tool_say("%u coarser grids would do but collapse or turn faces; taking a finer one", choice.finer);
 		if (choice.mean > tolerance || choice.max > 8 * tolerance)
 			tool_warn("%s: even the finest grid moves the surface by %g in the mean and %g at most", shown, choice.mean, choice.max);
-		tool_say("grid_mean=%.9g grid_max=%.9g", choice.mean, choice.max);
+		tool_say("grid_mean=%.9g grid_max=%.9g grids_passed_by=%u", choice.mean, choice.max, choice.finer);
 	}
 	if (!gridfit_round(ffx, cage, code, opt->groups, &fault))
 		fail(shown, &fault);
