@@ -201,12 +201,13 @@ static size_t find_root(size_t *parent, size_t i)
 }
 
 size_t harmonise(struct curvefit *fit, const struct polyline *line, const struct curvefit_options *options,
-		 const struct border_network *border, const struct patchloops *loops)
+		 const struct border_network *border, const struct patchloops *loops, const struct dense_patch *patch)
 {
 	const size_t n = border->chain_count;
 	struct relations relations = {0};
 	for (size_t p = 0; p < loops->patch_count; p++)
-		relate_patch(&relations, fit, line, loops, p);
+		if (!patch || patch[p].kind != PATCH_PLANE)
+			relate_patch(&relations, fit, line, loops, p);
 	size_t *parent = mem_array(n, sizeof *parent), *model = mem_array(n, sizeof *model);
 	for (size_t c = 0; c < n; c++)
 		parent[c] = c, model[c] = c;

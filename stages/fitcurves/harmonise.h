@@ -10,8 +10,9 @@
  * *residual: root mean square distance after that over the mean radius (0 for similar loops). Both closed. */
 double harmonise_offset(const struct polyline *a, const struct polyline *b, bool same_way, double *residual);
 
-/* fit, line and options by chain; chains of length 0 are left alone. Changes fits. Returns how many fits were raised or moved. */
+/* fit, line and options by chain; chains of length 0 are left alone. patch: what the patches are, or NULL;
+ * planes need no bands, for them polygons of any size will do. Changes fits. Returns how many fits were raised or moved. */
 size_t harmonise(struct curvefit *fit, const struct polyline *line, const struct curvefit_options *options,
-		 const struct border_network *border, const struct patchloops *loops);
+		 const struct border_network *border, const struct patchloops *loops, const struct dense_patch *patch);
 
 #endif

@@ -458,7 +458,7 @@ void netfit(struct network *network, struct netfit_report *report, const struct 
 	if (!options.free_counts) {
 		struct patchloops loops;
 		patchloops_init(&loops, border, job.node, job.is_gone, dense->patch_count);
-		report->harmonised = harmonise(job.fit, job.line, job.limit, border, &loops);
+		report->harmonised = harmonise(job.fit, job.line, job.limit, border, &loops, dense->patch);
 		patchloops_free(&loops);
 	}
 	report->split = part_doubles(&job) + widen_loops(&job);

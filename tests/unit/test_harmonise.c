@@ -68,7 +68,7 @@ static void test_tube(void **state)
 		curvefit_best(fit + i, line + i, limit[i]);
 	assert_true(fit[0].count < fit[1].count); /* the larger circle needs more points for the same distance */
 	const size_t larger = fit[1].count;
-	assert_int_equal(harmonise(fit, line, limit, &border, &loops), 1);
+	assert_int_equal(harmonise(fit, line, limit, &border, &loops, NULL), 1);
 	assert_int_equal(fit[0].count, larger);
 	assert_int_equal(fit[1].count, larger);
 	for (size_t i = 0; i < larger; i++) {
@@ -117,7 +117,7 @@ static void test_quad(void **state)
 	const size_t low = fit[0].count, high = fit[2].count;
 	assert_true(low < high && high - 2 <= 2 * (low - 2));
 	assert_int_equal(fit[1].count, 2);
-	assert_int_equal(harmonise(fit, line, limit, &border, &loops),
+	assert_int_equal(harmonise(fit, line, limit, &border, &loops, NULL),
 			 2); /* the flat arc; and a straight side, which keeps its two points */
 	assert_int_equal(fit[0].count, high);
 	assert_int_equal(fit[2].count, high);
@@ -151,7 +151,32 @@ static void test_unlike(void **state)
 	struct curvefit fit[2];
 	for (size_t i = 0; i < 2; i++)
 		curvefit_best(fit + i, line + i, limit);
-	assert_int_equal(harmonise(fit, line, limits, &border, &loops), 0);
+	assert_int_equal(harmonise(fit, line, limits, &border, &loops, NULL), 0);
+	for (size_t i = 0; i < 2; i++)
+		polyline_free(line + i), curvefit_free(fit + i);
+	patchloops_free(&loops);
+}
+
+/* Around a hole in a plane nothing is asked for. */
+static void test_plane(void **state)
+{
+	(void)state;
+	struct border_chain chain[2] = {{.left = 0, .right = 1, .closed = true}, {.left = 0, .right = 2, .closed = true}};
+	struct border_network border = {.chain_count = 2, .chain = chain};
+	const idx_t node[4] = {NO_INDEX, NO_INDEX, NO_INDEX, NO_INDEX};
+	const struct dense_patch patch[3] = {{.kind = PATCH_PLANE}, {.kind = PATCH_CYLINDER}, {.kind = PATCH_CYLINDER}};
+	struct patchloops loops;
+	patchloops_init(&loops, &border, node, NULL, 3);
+	struct polyline line[2] = {circle(1, 0, 0.3, 1, 200), circle(3, 0, 1, -1, 200)};
+	const struct curvefit_options limit = {.max = 5e-3, .mean = 5e-3, .side = 6, .least_points = 3},
+				      limits[2] = {limit, limit};
+	struct curvefit fit[2];
+	for (size_t i = 0; i < 2; i++)
+		curvefit_best(fit + i, line + i, limit);
+	const size_t before = fit[0].count;
+	assert_true(before < fit[1].count);
+	assert_int_equal(harmonise(fit, line, limits, &border, &loops, patch), 0);
+	assert_int_equal(fit[0].count, before);
 	for (size_t i = 0; i < 2; i++)
 		polyline_free(line + i), curvefit_free(fit + i);
 	patchloops_free(&loops);
@@ -160,10 +185,8 @@ static void test_unlike(void **state)
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
-		cmocka_unit_test(test_offset),
-		cmocka_unit_test(test_tube),
-		cmocka_unit_test(test_quad),
-		cmocka_unit_test(test_unlike),
+		cmocka_unit_test(test_offset), cmocka_unit_test(test_tube),   cmocka_unit_test(test_plane),
+		cmocka_unit_test(test_quad),   cmocka_unit_test(test_unlike),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
