@@ -14,6 +14,7 @@ static const double fold_share = 1e-3;
 enum { FOLD_ROUNDS = 3, MOST_DETAIL = 8, CAREFUL_ATTEMPTS = 3 };
 /* Rounds in a row that may pass without getting better. */
 enum { STALE_ROUNDS = 3 };
+enum { MOST_FACES_AT_LEAST = 400, FACES_DIVISOR = 8 };
 
 bool rounds_layout(struct draft *draft, const struct rounds *rounds, const struct layouts *layouts, const unsigned char *chosen, struct fault *fault)
 {
@@ -207,10 +208,12 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 		}
 		size_t anew, steps = 0;
 		const size_t wanted = plan_round(&plan, &anew, layouts, error, &state, rounds);
-		if (wanted && round < rounds->limit)
+		/* A cage that nears the size of the mesh is none (the patch method's section 10, hazard 23). */
+		const bool is_large = draft->polygons.count > MOST_FACES_AT_LEAST && draft->polygons.count > dense->triangle_count / FACES_DIVISOR;
+		if (wanted && round < rounds->limit && !is_large)
 			steps = enrich(draft, rounds->target, error, face_error, plan.want, rounds->bounds.max, plan.touched);
 		free(face_error);
-		if (round == rounds->limit || steps + anew == 0 || stale >= STALE_ROUNDS)
+		if (round == rounds->limit || is_large || steps + anew == 0 || stale >= STALE_ROUNDS)
 			break;
 		/* Plane faces are cheap to find anew. */
 		for (size_t p = 0; p < patches; p++)
