@@ -191,7 +191,7 @@ build/fuzz/fuzz_%: build/fuzz/objects/tests/fuzz/fuzz_%.c.o build/fuzz/objects/l
 
 # --- lint --------------------------------------------------------------------------------------------------------
 LINT_C := $(sort $(wildcard formats/*.c stages/*/*.c tests/unit/*.c tests/fixtures/*.c tests/train/*.c tests/bench/*.c tests/fuzz/*.c))
-LINT_SH := $(sort .ci/run $(wildcard tests/tools/* tests/cli/*.t tests/golden/*.t tests/property/*.t tests/bench/bench))
+LINT_SH := $(sort .ci/run $(filter-out %.txt,$(wildcard tests/tools/*)) $(wildcard tests/cli/*.t tests/golden/*.t tests/property/*.t tests/bench/bench))
 LINT_PAGES := $(sort $(wildcard man/man*/*))
 .PHONY: lint lint-gcc lint-clang lint-cppcheck lint-sh lint-man
 lint: lint-gcc lint-clang lint-cppcheck lint-sh lint-man
