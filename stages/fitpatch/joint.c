@@ -164,7 +164,7 @@ static void add_regularity(struct system *system, double step)
 			scale3(&middle[3 * v], 1.0 / degree[v]);
 			const bool is_free = system->target->dense->patch[patch[v]].kind == PATCH_FREE;
 			lsq_add_point(system->lsq, (idx_t)v, &middle[3 * v], (is_free ? free_fairness : fairness) * scale);
-		} else if (role != POINT_CREASE) {
+		} else if (role != POINT_CREASE && terms->kind[v] == SAMPLE_NODE) {
 			lsq_add_point(system->lsq, (idx_t)v, &system->node[3 * (size_t)point], node_weight * terms->area[v] / system->area);
 		}
 	}

@@ -146,7 +146,8 @@ static void classify(struct terms *terms)
 	}
 	for (size_t v = 0; v < n; v++) {
 		const bool two = terms->patch2[v] != NO_PATCH;
-		if (many[v] || level->corner[v] || (open[v] != 0 && two))
+		/* Where only smooth curves meet, the surface is as smooth as anywhere. */
+		if (level->corner[v] || (many[v] && (creases[v] > 0 || open[v] != 0)) || (open[v] != 0 && two))
 			terms->kind[v] = SAMPLE_NODE;
 		else if (open[v] != 0 || (two && creases[v] >= 4))
 			terms->kind[v] = SAMPLE_CURVE;

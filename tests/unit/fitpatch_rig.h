@@ -153,6 +153,27 @@ static inline long rig_check_draft(const struct draft *draft, size_t *border)
 	return euler;
 }
 
+/* Every side of every curve is an edge of some face, so that it can be a crease. */
+static inline void rig_check_curves(const struct draft *draft)
+{
+	const struct polygons *p = &draft->polygons;
+	for (size_t k = 0; k < draft->network.curve_count; k++) {
+		const struct curve *curve = &draft->network.curve[k];
+		const idx_t *point = &draft->network.point[curve->first];
+		for (size_t i = 0; i + !curve->closed < curve->count; i++) {
+			const idx_t a = point[i], b = point[(i + 1) % curve->count];
+			bool found = false;
+			for (size_t f = 0; f < p->count && !found; f++)
+				for (size_t h = p->start[f]; h < p->start[f + 1]; h++) {
+					const idx_t c = p->corner[h], d = p->corner[h + 1 < p->start[f + 1] ? h + 1 : p->start[f]];
+					found |= (c == a && d == b) || (c == b && d == a);
+				}
+			if (!found)
+				fail_msg("curve %zu: no face has the side %d %d", k, (int)a, (int)b);
+		}
+	}
+}
+
 /* Faces of a patch; corners (may be NULL) becomes the corner count that all share, 0 when they differ. */
 static inline size_t rig_faces(const struct draft *draft, idx_t patch, size_t *corners)
 {
@@ -195,6 +216,26 @@ static inline struct dense rig_box(double x, double y, double z)
 	return dense;
 }
 
+/* The same part turned, moved and scaled (shape_turn). */
+static inline struct dense rig_turned(const struct dense *dense, double scale)
+{
+	struct mesh mesh = {0};
+	for (size_t v = 0; v < dense->vertex_count; v++)
+		shape_vertex(&mesh, dense->xyz[3 * v], dense->xyz[3 * v + 1], dense->xyz[3 * v + 2]);
+	for (size_t t = 0; t < dense->triangle_count; t++)
+		shape_triangle(&mesh, dense->triangle[3 * t], dense->triangle[3 * t + 1], dense->triangle[3 * t + 2]);
+	shape_turn(&mesh, scale);
+	enum patch_kind *kinds = mem_array(dense->patch_count, sizeof *kinds);
+	for (size_t p = 0; p < dense->patch_count; p++)
+		kinds[p] = dense->patch[p].kind;
+	struct dense turned = rig_dense(&mesh, dense->label, dense->patch_count, kinds);
+	for (size_t p = 0; p < dense->patch_count; p++)
+		turned.patch[p].parent = dense->patch[p].parent;
+	free(kinds);
+	shape_free(&mesh);
+	return turned;
+}
+
 /* An open sheet over [0, 1]^2 of n x n squares of two triangles, one patch; place turns u, v into a point. */
 static inline struct dense rig_sheet(int n, enum patch_kind kind, void (*place)(double xyz[3], double u, double v))
 {
@@ -212,6 +253,41 @@ static inline struct dense rig_sheet(int n, enum patch_kind kind, void (*place)(
 		}
 	idx_t *label = mem_array(mesh.face_count, sizeof *label);
 	struct dense dense = rig_dense(&mesh, label, 1, &kind);
+	free(label);
+	shape_free(&mesh);
+	return dense;
+}
+
+/* A sphere of n x n squares on each side of a cube, two triangles each; the sides are patches of one surface. */
+static inline struct dense rig_ball(double radius, int n)
+{
+	struct mesh mesh = {0};
+	for (int side = 0; side < 6; side++) {
+		const idx_t first = (idx_t)mesh.vertex_count;
+		const int axis = side / 2, sign = side % 2 ? 1 : -1;
+		for (int j = 0; j <= n; j++)
+			for (int i = 0; i <= n; i++) {
+				double p[3];
+				p[axis] = sign;
+				p[(axis + 1) % 3] = tan(PI / 4 * (2.0 * i / n - 1));
+				p[(axis + 2) % 3] = tan(PI / 4 * (2.0 * j / n - 1)) * sign;
+				normalise3(p);
+				shape_vertex(&mesh, radius * p[0], radius * p[1], radius * p[2]);
+			}
+		for (int j = 0; j < n; j++)
+			for (int i = 0; i < n; i++) {
+				const idx_t a = first + j * (n + 1) + i, b = a + n + 1;
+				shape_quad(&mesh, a, a + 1, b + 1, b);
+			}
+	}
+	mesh_weld(&mesh, 1e-9 * radius, NULL);
+	idx_t *label = mem_array(mesh.face_count, sizeof *label);
+	for (size_t t = 0; t < mesh.face_count; t++)
+		label[t] = (idx_t)(t / (2 * (size_t)(n * n)));
+	const enum patch_kind kinds[6] = {PATCH_SPHERE, PATCH_SPHERE, PATCH_SPHERE, PATCH_SPHERE, PATCH_SPHERE, PATCH_SPHERE};
+	struct dense dense = rig_dense(&mesh, label, 6, kinds);
+	for (int p = 0; p < 6; p++)
+		dense.patch[p].parent = 0;
 	free(label);
 	shape_free(&mesh);
 	return dense;
