@@ -165,9 +165,17 @@ san-run: $(SAN_UNITS) $(TOOLS) $(BUILD)/parts
 
 # --- demo and bench ----------------------------------------------------------------------------------------------
 .PHONY: demo bench
-DEMO_PART ?= bracket
+DEMO_PART ?= flange
+DEMO_SIZE ?= 640x480
 demo: $(TOOLS) $(BUILD)/parts | $(deps_first)
-	@BIN=$(BIN)/ PARTS=$(BUILD)/parts sh tests/tools/demo $(DEMO_PART) build/demo
+	@BIN=$(BIN)/ PARTS=$(BUILD)/parts SIZE=$(DEMO_SIZE) sh tests/tools/demo $(DEMO_PART) build/demo
+# The pictures of README.md.
+PICTURES = part segment network cage refined deviation
+.PHONY: pictures
+pictures: DEMO_SIZE = 480x360
+pictures: demo
+	mkdir -p man/pictures
+	for p in $(PICTURES); do cp build/demo/$$p.png man/pictures/ || exit 1; done
 PART_SECONDS ?= 60
 PART_MIB ?= 2048
 bench: $(TOOLS) $(BUILD)/measured | $(deps_first)
