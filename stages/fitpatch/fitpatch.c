@@ -88,6 +88,21 @@ static bool same_patches(const struct ply *document, const char *shown, const st
 	return true;
 }
 
+/* A control point farther away than this, in longest sides, was put there by mistake, or in another unit. */
+#define FARTHEST_SIDES 10
+
+static bool within_reach(const struct network *network, const struct dense *dense, double side, const char *shown, struct fault *fault)
+{
+	double low[3], high[3], middle[3];
+	mesh_bounds(dense->xyz, dense->vertex_count, low, high);
+	for (int k = 0; k < 3; k++)
+		middle[k] = low[k] / 2 + high[k] / 2;
+	for (size_t v = 0; v < network->vertex_count; v++)
+		if (!(distance3(&network->xyz[3 * v], middle) <= FARTHEST_SIDES * side))
+			return fault_set(fault, EX_BAD_INPUT, "%s: vertex %zu lies more than %d longest sides away from the mesh", shown, v, FARTHEST_SIDES);
+	return true;
+}
+
 /* The border chain that each curve follows, for every one of them. */
 static bool match_curves(idx_t *chain_of_curve, const struct border_network *border, const struct dense *dense, const struct network *network,
                          const char *shown, const char *mesh_shown, struct fault *fault)
@@ -127,7 +142,7 @@ int main(int argc, char **argv)
 	const double side = mesh_bounds(dense.xyz, dense.vertex_count, NULL, NULL);
 	const double max = tool_length_in_units(options.max, side), mean = tool_length_in_units(options.mean, side);
 	idx_t *chain_of_curve = mem_array(network.curve_count, sizeof *chain_of_curve);
-	if (!match_curves(chain_of_curve, &border, &dense, &network, shown, mesh_shown, &fault))
+	if (!within_reach(&network, &dense, side, shown, &fault) || !match_curves(chain_of_curve, &border, &dense, &network, shown, mesh_shown, &fault))
 		tool_fail(&fault);
 	struct nearest *nearest = nearest_new_labelled(dense.xyz, dense.vertex_count, dense.triangle, dense.triangle_count, dense.label);
 
