@@ -17,7 +17,7 @@ all_cflags = -std=c11 -D_GNU_SOURCE -I. $(WARN) -ffp-contract=off -fopenmp -MMD 
 all_cxxflags = -std=c++17 -I. -Wall -Wextra $(WERROR) -ffp-contract=off -MMD -MP $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer) $(CXXFLAGS)
 all_ldflags = -fopenmp -Wl,--as-needed $(if $(SAN),-fsanitize=$(SAN)) $(LDFLAGS)
 OPENMESH = -lOpenMeshTools -lOpenMeshCore
-LIBS = $(OPENMESH) -lembree3 -lcholmod -llapacke -lz -lpng -lOSMesa -lGLU -lm
+LIBS = $(OPENMESH) -lembree3 -lcholmod -llapacke -lz -lpng -lOSMesa -lm
 
 # What is done in one short line; V=1 shows the commands whole.
 say = $(if $(V),,@echo '  $(1)' && )
@@ -61,7 +61,7 @@ help:
 	@echo 'clean      remove build/ and bin/'
 
 # --- packages ----------------------------------------------------------------------------------------------------
-BUILD_PACKAGES = gcc g++ make libopenmesh-dev zlib1g-dev libembree-dev libsuitesparse-dev liblapacke-dev libosmesa6-dev libglu1-mesa-dev libpng-dev
+BUILD_PACKAGES = gcc g++ make libopenmesh-dev zlib1g-dev libembree-dev libsuitesparse-dev liblapacke-dev libosmesa6-dev libpng-dev
 CHECK_PACKAGES = libcmocka-dev mandoc perl gzip valgrind
 LINT_PACKAGES = clang clang-tidy cppcheck clang-format shellcheck
 have_dpkg := $(shell command -v dpkg-query)
