@@ -328,7 +328,8 @@ bool ffx_decode(struct ffx *ffx, const unsigned char *bytes, size_t size, const 
 	model_init(model);
 	range_decode(&coder.range, bytes + start, end - start);
 	struct fault inner = {0};
-	bool is_good = payload_decode(&coder, ffx, has_patches, LABELS_FREE + LABELS_PER_BYTE * (end - start), &inner);
+	const size_t label_limit = LABELS_FREE + LABELS_PER_BYTE * (end - start);
+	bool is_good = payload_decode(&coder, ffx, has_patches, label_limit < INDEX_LIMIT / 4 ? label_limit : INDEX_LIMIT / 4, &inner);
 	if (is_good && coder.range.is_overrun)
 		is_good = fault_set(&inner, EX_BAD_INPUT, "the stream ends too early");
 	for (size_t i = start + coder.range.input_read; i < end && is_good; i++)

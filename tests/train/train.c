@@ -1,7 +1,6 @@
 /* Trains the tables of the FFX coder and writes formats/ffx_tables.c to stdout.
  *
- *	make build/libcagewright.a
- *	cc -O2 -std=c11 -D_GNU_SOURCE -I. -o build/train tests/train/train.c build/libcagewright.a -lz -lm
+ *	make build/train
  *	build/train [--all] [cage.ply ...] > build/ffx_tables.c && mv build/ffx_tables.c formats/ffx_tables.c
  *
  * The corpus: cages made by code (tests/fixtures/samplecages.h) and the cages given, each counted several times, on several grids and from several
