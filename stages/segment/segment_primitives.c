@@ -19,6 +19,10 @@ static const double level_gain[PRIMITIVES_LEVELS] = {1, 0.8, 0.65, 0.5};
 #define COST_FREE_AREA 60.0    /* the same for a whole mesh without explanation */
 #define LOOSE 0.3              /* root mean square distance over the tolerance */
 #define GENTLE_MEAN 0.7        /* length of the mean normal */
+#define LOSS_MOST 0.02         /* share of a part that a wider tolerance may explain less */
+#define SURE_TRIANGLES 10.0    /* a region, on average */
+#define SURE_GAIN 0.5
+#define FREE_SHARE 0.2
 #define CLEAN_COST 4.0         /* a part so cheap needs no other tolerance */
 
 static double mean_length(const struct facets *f)
@@ -84,18 +88,20 @@ static void segment_at(struct regions *r, double distance, double least_share)
 	flats_free(&flats);
 }
 
-/* What the present regions of each smooth part cost. */
-static void part_costs(double *cost, const struct regions *r, const unsigned char *level, const double *distance)
+/* What the present regions of each smooth part cost, and the area of it that none of them explains. */
+static void part_costs(double *cost, double *unexplained, const struct regions *r, const unsigned char *level, const double *distance)
 {
 	const struct facets *f = r->facets;
 	unsigned char *is_counted = mem_array(r->count, 1);
 	memset(cost, 0, f->smooth_part_count * sizeof *cost);
+	memset(unexplained, 0, f->smooth_part_count * sizeof *unexplained);
 	for (size_t t = 0; t < f->triangle_count; t++) {
 		const idx_t label = r->label[t];
 		const bool is_free = r->patch[label].kind == PATCH_FREE;
 		bool is_explained = !is_free;
 		for (int k = 0; k < 3 && is_explained; k++)
 			is_explained = fabs(primitive_distance(&r->patch[label], f->xyz + 3 * f->triangle[3 * t + k])) <= 2 * distance[level[f->smooth_part[t]]];
+		unexplained[f->smooth_part[t]] += is_explained ? 0 : f->area[t];
 		if (!is_explained)
 			cost[f->smooth_part[t]] += COST_FREE_AREA * f->area[t] / f->total_area;
 		if (!is_counted[label])
@@ -111,10 +117,10 @@ static void whole_free_parts(struct regions *r, double *cost, const unsigned cha
 {
 	const struct facets *f = r->facets;
 	const size_t parts = f->smooth_part_count;
-	double *square = mem_array(parts, sizeof *square), *area = mem_array(parts, sizeof *area), *normal = mem_array(3 * parts, sizeof *normal);
+	double *left = mem_array(parts, sizeof *left), *square = mem_array(parts, sizeof *square), *area = mem_array(parts, sizeof *area), *normal = mem_array(3 * parts, sizeof *normal);
 	idx_t *fresh = mem_array(parts, sizeof *fresh);
 	const struct dense_patch none = {.kind = PATCH_FREE};
-	part_costs(cost, r, level, distance);
+	part_costs(cost, left, r, level, distance);
 	for (size_t t = 0; t < f->triangle_count; t++) {
 		const idx_t p = f->smooth_part[t];
 		const struct dense_patch *patch = &r->patch[r->label[t]];
@@ -127,13 +133,15 @@ static void whole_free_parts(struct regions *r, double *cost, const unsigned cha
 	}
 	for (size_t p = 0; p < parts; p++) {
 		const bool is_rough = distance[level[p]] > NOISY_DISTANCE;
-		const bool is_loose = square[p] > LOOSE * LOOSE * area[p] && norm3(normal + 3 * p) > GENTLE_MEAN * area[p];
-		const bool is_free = is_rough && cost[p] > COST_FREE_REGION + (is_loose ? 1 : COST_FREE_AREA);
+		const bool is_loose = square[p] > LOOSE * LOOSE * area[p], is_gentle = norm3(normal + 3 * p) > GENTLE_MEAN * area[p];
+		const bool is_free = is_rough && ((is_loose && is_gentle && cost[p] > COST_FREE_REGION + 1) ||
+		                                  ((is_loose || left[p] > FREE_SHARE * area[p]) && cost[p] > COST_FREE_REGION + COST_FREE_AREA));
 		fresh[p] = is_free ? regions_add(r, &none) : NO_INDEX;
 	}
 	for (size_t t = 0; t < f->triangle_count; t++)
 		if (fresh[f->smooth_part[t]] != NO_INDEX)
 			r->label[t] = fresh[f->smooth_part[t]];
+	free(left);
 	free(square);
 	free(area);
 	free(normal);
@@ -162,6 +170,14 @@ void segment_primitives(struct regions *r, const struct primitives_options *opti
 {
 	const struct facets *f = r->facets;
 	double *cost = mem_array(f->smooth_part_count, sizeof *cost), *other = mem_array(f->smooth_part_count, sizeof *other);
+	double *left = mem_array(f->smooth_part_count, sizeof *left), *other_left = mem_array(f->smooth_part_count, sizeof *other_left);
+	double *part_area = mem_array(f->smooth_part_count, sizeof *part_area);
+	unsigned char *is_taken = mem_array(f->smooth_part_count, 1), *is_sure = mem_array(f->smooth_part_count, 1);
+	size_t *part_triangles = mem_array(f->smooth_part_count, sizeof *part_triangles);
+	for (size_t t = 0; t < f->triangle_count; t++) {
+		part_area[f->smooth_part[t]] += f->area[t];
+		part_triangles[f->smooth_part[t]]++;
+	}
 	unsigned char *level = mem_array(f->smooth_part_count, 1), *trial_level = mem_array(f->smooth_part_count, 1);
 	*report = (struct primitives_report){0};
 	memcpy(report->distance, level_distance, sizeof level_distance);
@@ -171,34 +187,37 @@ void segment_primitives(struct regions *r, const struct primitives_options *opti
 	for (int l = 1; l < PRIMITIVES_LEVELS && !(options->distance > 0); l++) {
 		struct regions trial;
 		bool is_any = false;
-		part_costs(cost, r, level, report->distance);
+		part_costs(cost, left, r, level, report->distance);
 		regions_init(&trial, f);
-		/* parts that are cheap already take no part in the trial */
+		/* faces of many triangles each that explain all at the closest tolerance are the part's faces, however many they are: one look
+		 * further is enough */
+		for (size_t p = 0; p < f->smooth_part_count; p++)
+			is_sure[p] = level[p] == 0 && left[p] < LOSS_MOST * part_area[p] && (double)part_triangles[p] > SURE_TRIANGLES * cost[p];
 		const struct dense_patch none = {.kind = PATCH_FREE};
 		const idx_t outside = regions_add(&trial, &none);
 		for (size_t t = 0; t < f->triangle_count; t++) {
-			const bool is_open = cost[f->smooth_part[t]] > CLEAN_COST;
+			const idx_t p = f->smooth_part[t];
+			const bool is_open = cost[p] > CLEAN_COST && (l < 2 || !is_sure[p]);
 			trial.label[t] = is_open ? NO_INDEX : outside;
 			is_any = is_any || is_open;
 		}
 		if (is_any) {
 			segment_at(&trial, level_distance[l], options->least_area);
 			memset(trial_level, l, f->smooth_part_count);
-			part_costs(other, &trial, trial_level, report->distance);
+			part_costs(other, other_left, &trial, trial_level, report->distance);
 			const size_t offset = r->count;
 			for (size_t i = 0; i < trial.count; i++)
 				regions_add(r, &trial.patch[i]);
-			for (size_t t = 0; t < f->triangle_count; t++) {
-				const idx_t part = f->smooth_part[t];
-				/* levels are compared with the best so far, whatever its level */
-				if (cost[part] > CLEAN_COST && other[part] < level_gain[l] * cost[part])
+			/* compared with the best so far, whatever its level; a wider tolerance must not explain less */
+			for (size_t p = 0; p < f->smooth_part_count; p++)
+				is_taken[p] = cost[p] > CLEAN_COST && (l < 2 || !is_sure[p]) && other[p] < (is_sure[p] ? SURE_GAIN : level_gain[l]) * cost[p] &&
+				              other_left[p] <= left[p] + LOSS_MOST * part_area[p];
+			for (size_t t = 0; t < f->triangle_count; t++)
+				if (is_taken[f->smooth_part[t]])
 					r->label[t] = (idx_t)offset + trial.label[t];
-			}
 			for (size_t p = 0; p < f->smooth_part_count; p++)
-				if (cost[p] > CLEAN_COST && other[p] < level_gain[l] * cost[p])
-					level[p] = (unsigned char)(l | 0x80);
-			for (size_t p = 0; p < f->smooth_part_count; p++)
-				level[p] &= 0x7f;
+				if (is_taken[p])
+					level[p] = (unsigned char)l;
 		}
 		regions_free(&trial);
 		regions_renumber(r);
@@ -228,4 +247,10 @@ void segment_primitives(struct regions *r, const struct primitives_options *opti
 	free(other);
 	free(level);
 	free(trial_level);
+	free(left);
+	free(other_left);
+	free(part_area);
+	free(part_triangles);
+	free(is_taken);
+	free(is_sure);
 }
