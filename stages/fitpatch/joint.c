@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "stages/fitpatch/frame.h"
+#include "stages/fitpatch/joint_normal.h"
 #include "stages/fitpatch/joint_terms.h"
 #include "stages/geometry/lsq.h"
 #include "stages/geometry/vector.h"
@@ -23,121 +24,106 @@ static const double slide = 0.003;          /* isotropic share of every metric: 
 static const double fairness = 1e-3, free_fairness = 1e-2;
 static const double proximal = 1e-3;
 
+/* Where a sample on a crease goes. */
+struct curve_foot {
+	double point[3], tangent[3];
+	bool found;
+};
+
 struct system {
 	const struct draft *draft;
 	const struct target *target;
 	const struct joint_options *options;
 	struct terms *terms;
 	struct chain_index *chains;
+	struct nearest *nearest; /* on the samples' triangles */
+	struct normal_sums sums;
 	struct lsq *lsq;
 	double *xyz;         /* 3 a cage vertex, current */
 	const double *node;  /* where the network's control points were: targets of nodes, 3 a control point */
 	unsigned char *fixed;
 	double area;         /* of all samples */
+	/* Feet at the current positions, and where to look for them next time. */
+	struct foot *forward, *reverse; /* a sample; a sample of the target */
+	struct curve_foot *curve;       /* a sample */
+	idx_t *hint;                    /* 2 a sample */
 };
-
-static void add_row(struct system *system, size_t sample, const double target[3], const double metric[6], double weight)
-{
-	const struct sparse *rows = &system->terms->rows;
-	const size_t low = rows->row_start[sample];
-	lsq_add(system->lsq, &rows->column[low], &rows->weight[low], rows->row_start[sample + 1] - low, target, metric, weight);
-}
 
 static void add_isotropic(double metric[6])
 {
 	metric[0] += slide, metric[3] += slide, metric[5] += slide;
 }
 
-/* Forward terms; returns the area-weighted sum of distances. */
-static double add_forward(struct system *system)
+/* Find all feet. Returns the area-weighted mean distance of the samples plus the mean distance of the target's. */
+static double find_feet(struct system *system)
 {
 	struct terms *terms = system->terms;
+	const struct target *target = system->target;
 	const size_t n = terms->level.vertex_count;
-	struct foot *feet = mem_array(n, sizeof *feet);
+	sparse_apply(terms->level.xyz, &terms->rows, system->xyz);
+	nearest_move(system->nearest);
 #pragma omp parallel for schedule(dynamic, 64)
-	for (size_t s = 0; s < n; s++)
-		if (terms->kind[s] == SAMPLE_SURFACE)
-			feet[s] = terms_foot(terms, system->target, s);
-	double sum = 0;
 	for (size_t s = 0; s < n; s++) {
-		const double *p = &terms->level.xyz[3 * s];
-		const double weight = terms->area[s] / system->area;
-		double metric[6];
-		if (terms->kind[s] == SAMPLE_SURFACE) {
-			if (feet[s].triangle == NO_INDEX)
-				continue;
-			struct frame frame;
-			frame_at(&frame, system->target->dense, &feet[s]);
-			double offset[3];
-			sub3(offset, p, feet[s].point);
-			sqdist_surface(metric, frame.normal, frame.e1, frame.k1, frame.k2, dot3(offset, frame.normal), system->options->variant);
-			add_isotropic(metric);
-			add_row(system, s, feet[s].point, metric, weight);
-			sum += terms->area[s] * feet[s].distance;
-		} else if (terms->kind[s] == SAMPLE_CURVE) {
-			double point[3], tangent[3], offset[3];
-			const double straight[3] = {0, 0, 0};
-			if (!chain_nearest(point, tangent, system->chains, terms->patch[s], terms->patch2[s], p))
-				continue;
-			sub3(offset, p, point);
-			/* The polyline's own curvature is all in its corners: tangent distance, with the proximal term against overshoot. */
-			sqdist_curve(metric, tangent, straight, offset, SQDIST_TANGENT);
-			add_isotropic(metric);
-			add_row(system, s, point, metric, curve_weight * weight);
-			sum += terms->area[s] * norm3(offset);
-		}
+		struct curve_foot *curve = &system->curve[s];
+		if (terms->kind[s] == SAMPLE_SURFACE)
+			system->forward[s] = terms_foot(terms, target, s, &system->hint[2 * s]);
+		else if (terms->kind[s] == SAMPLE_CURVE)
+			curve->found = chain_nearest(curve->point, curve->tangent, system->chains, terms->patch[s], terms->patch2[s], &terms->level.xyz[3 * s]);
 	}
-	free(feet);
-	return sum / system->area;
+	terms_feet_of_target(system->reverse, terms, target, system->nearest);
+	double forward = 0, reverse = 0;
+	for (size_t s = 0; s < n; s++)
+		if (terms->kind[s] == SAMPLE_SURFACE && system->forward[s].triangle != NO_INDEX)
+			forward += terms->area[s] * system->forward[s].distance;
+		else if (terms->kind[s] == SAMPLE_CURVE && system->curve[s].found)
+			forward += terms->area[s] * distance3(&terms->level.xyz[3 * s], system->curve[s].point);
+	for (size_t s = 0; s < target->sample_count; s++)
+		if (system->reverse[s].triangle != NO_INDEX)
+			reverse += system->reverse[s].distance;
+	return forward / system->area + (target->sample_count ? reverse / (double)target->sample_count : 0);
 }
 
-/* Reverse terms; returns the mean distance. */
-static double add_reverse(struct system *system)
+static void add_forward(struct system *system)
+{
+	const struct terms *terms = system->terms;
+	for (size_t s = 0; s < terms->level.vertex_count; s++) {
+		const double *p = &terms->level.xyz[3 * s];
+		const double weight = terms->area[s] / system->area;
+		double metric[6], offset[3];
+		if (terms->kind[s] == SAMPLE_SURFACE && system->forward[s].triangle != NO_INDEX) {
+			const struct foot *foot = &system->forward[s];
+			struct frame frame;
+			frame_at(&frame, system->target->dense, foot);
+			sub3(offset, p, foot->point);
+			sqdist_surface(metric, frame.normal, frame.e1, frame.k1, frame.k2, dot3(offset, frame.normal), system->options->variant);
+			add_isotropic(metric);
+			normal_add_vertex(&system->sums, s, foot->point, metric, weight);
+		} else if (terms->kind[s] == SAMPLE_CURVE && system->curve[s].found) {
+			const struct curve_foot *curve = &system->curve[s];
+			const double straight[3] = {0, 0, 0};
+			sub3(offset, p, curve->point);
+			/* The polyline's own curvature is all in its corners: tangent distance, with the proximal term against overshoot. */
+			sqdist_curve(metric, curve->tangent, straight, offset, SQDIST_TANGENT);
+			add_isotropic(metric);
+			normal_add_vertex(&system->sums, s, curve->point, metric, curve_weight * weight);
+		}
+	}
+}
+
+static void add_reverse(struct system *system)
 {
 	const struct target *target = system->target;
-	struct terms *terms = system->terms;
-	struct nearest *nearest = nearest_new_labelled(terms->level.xyz, terms->level.vertex_count, terms->triangle, terms->triangle_count, terms->triangle_patch);
-	struct foot *feet = mem_array(target->sample_count, sizeof *feet);
-#pragma omp parallel for schedule(dynamic, 64)
 	for (size_t s = 0; s < target->sample_count; s++) {
-		const struct nearest_filter filter = {.label = terms->triangle_patch, .only = target->dense->label[target->sample_triangle[s]]};
-		feet[s] = nearest_point(nearest, &target->sample[3 * s], INFINITY, &filter);
-	}
-	const struct sparse *rows = &terms->rows;
-	idx_t *column = mem_array(terms->cage.vertex_count, sizeof *column);
-	double *value = mem_array(terms->cage.vertex_count, sizeof *value), sum = 0;
-	idx_t *place = mem_array(terms->cage.vertex_count, sizeof *place); /* + 1 */
-	const double *dense = target->dense->xyz;
-	for (size_t s = 0; s < target->sample_count; s++) {
-		if (feet[s].triangle == NO_INDEX)
+		const struct foot *foot = &system->reverse[s];
+		if (foot->triangle == NO_INDEX)
 			continue;
-		size_t count = 0;
-		for (int k = 0; k < 3; k++) {
-			const size_t row = (size_t)terms->triangle[3 * (size_t)feet[s].triangle + (size_t)k];
-			for (size_t i = rows->row_start[row]; i < rows->row_start[row + 1]; i++) {
-				const idx_t c = rows->column[i];
-				if (!place[c]) {
-					column[count] = c, value[count] = 0;
-					place[c] = (idx_t)++count;
-				}
-				value[place[c] - 1] += feet[s].weight[k] * rows->weight[i];
-			}
-		}
-		const idx_t *t = &target->dense->triangle[3 * (size_t)target->sample_triangle[s]];
-		double normal[3];
-		area_vector3(normal, &dense[3 * (size_t)t[0]], &dense[3 * (size_t)t[1]], &dense[3 * (size_t)t[2]]);
-		normalise3(normal);
+		const double *normal = nearest_normal(target->nearest, target->sample_triangle[s]);
 		double metric[6] = {normal[0] * normal[0], normal[0] * normal[1], normal[0] * normal[2],
 		                    normal[1] * normal[1], normal[1] * normal[2], normal[2] * normal[2]};
 		add_isotropic(metric);
-		lsq_add(system->lsq, column, value, count, &target->sample[3 * s], metric, reverse_weight / (double)target->sample_count);
-		for (size_t i = 0; i < count; i++)
-			place[column[i]] = 0;
-		sum += feet[s].distance;
+		normal_add_point(&system->sums, (size_t)foot->triangle, foot->weight, &target->sample[3 * s], metric,
+		                 reverse_weight / (double)target->sample_count);
 	}
-	free(feet), free(column), free(value), free(place);
-	nearest_free(nearest);
-	return target->sample_count ? sum / (double)target->sample_count : 0;
 }
 
 /* Points inside patches are drawn to the middle of their neighbours; nodes to where the network had them. */
@@ -209,12 +195,20 @@ bool joint_fit(struct draft *draft, const struct target *target, const struct jo
 		system.fixed[v] = draft->control.held[terms.control_of[v]] || (still && still[terms.control_of[v]]);
 	for (size_t s = 0; s < terms.level.vertex_count; s++)
 		system.area += terms.area[s];
+	const size_t samples = terms.level.vertex_count;
+	system.forward = mem_array(samples, sizeof *system.forward);
+	system.curve = mem_array(samples, sizeof *system.curve);
+	system.hint = mem_array(2 * samples, sizeof *system.hint);
+	system.reverse = mem_array(target->sample_count, sizeof *system.reverse);
+	for (size_t s = 0; s < target->sample_count; s++)
+		system.reverse[s].triangle = NO_INDEX;
+	system.nearest = nearest_new_labelled(terms.level.xyz, samples, terms.triangle, terms.triangle_count, terms.triangle_patch);
+	normal_begin(&system.sums, &terms, system.fixed);
+	system.lsq = lsq_new(n, system.xyz, system.fixed);
 	double *next = mem_array(3 * n, sizeof *next), *best = mem_copy(system.xyz, 3 * n, sizeof(double));
 	double least = INFINITY, step = proximal;
 	for (int iteration = 0; iteration <= options->iterations; iteration++) {
-		sparse_apply(terms.level.xyz, &terms.rows, system.xyz);
-		system.lsq = lsq_new(n, system.xyz, system.fixed);
-		const double error = add_forward(&system) + add_reverse(&system);
+		const double error = find_feet(&system);
 		if (error < least) {
 			least = error;
 			memcpy(best, system.xyz, 3 * n * sizeof *best);
@@ -223,20 +217,27 @@ bool joint_fit(struct draft *draft, const struct target *target, const struct jo
 			step *= 10;
 			memcpy(system.xyz, best, 3 * n * sizeof *best);
 		}
-		bool solved = false;
-		if (iteration < options->iterations && !(error > least)) {
-			add_regularity(&system, step);
-			solved = lsq_solve(system.lsq, next);
-			if (solved)
-				move_points(&system, next);
-		}
-		lsq_free(system.lsq);
-		if (!solved && !(error > least))
+		if (error > least)
+			continue;
+		if (iteration == options->iterations)
 			break;
+		normal_clear(&system.sums);
+		lsq_clear(system.lsq);
+		add_forward(&system);
+		add_reverse(&system);
+		normal_carry(&system.sums, system.lsq);
+		add_regularity(&system, step);
+		if (!lsq_solve(system.lsq, next))
+			break;
+		move_points(&system, next);
 	}
 	for (size_t v = 0; v < n; v++)
 		copy3(&draft->control.xyz[3 * (size_t)terms.control_of[v]], &best[3 * v]);
 	free(next), free(best), free(start), free(system.xyz), free(system.fixed);
+	free(system.forward), free(system.reverse), free(system.curve), free(system.hint);
+	lsq_free(system.lsq);
+	normal_end(&system.sums);
+	nearest_free(system.nearest);
 	chain_index_free(system.chains);
 	terms_free(&terms);
 	return true;
@@ -298,8 +299,10 @@ bool joint_measure(struct patch_error *error, struct face_error *face_error, siz
 	const size_t n = terms.level.vertex_count;
 	struct foot *feet = mem_array(n > target->sample_count ? n : target->sample_count, sizeof *feet);
 #pragma omp parallel for schedule(dynamic, 64)
-	for (size_t s = 0; s < n; s++)
-		feet[s] = terms_foot(&terms, target, s);
+	for (size_t s = 0; s < n; s++) {
+		idx_t hint[2] = {0, 0};
+		feet[s] = terms_foot(&terms, target, s, hint);
+	}
 	idx_t *face_of = mem_array(n, sizeof *face_of);
 	for (size_t t = terms.triangle_count; t-- > 0;)
 		for (int k = 0; k < 3; k++)
@@ -314,11 +317,9 @@ bool joint_measure(struct patch_error *error, struct face_error *face_error, siz
 	}
 	measure_folds(error, patch_count, face_error, &terms, feet);
 	struct nearest *nearest = nearest_new_labelled(terms.level.xyz, n, terms.triangle, terms.triangle_count, terms.triangle_patch);
-#pragma omp parallel for schedule(dynamic, 64)
-	for (size_t s = 0; s < target->sample_count; s++) {
-		const struct nearest_filter filter = {.label = terms.triangle_patch, .only = target->dense->label[target->sample_triangle[s]]};
-		feet[s] = nearest_point(nearest, &target->sample[3 * s], INFINITY, &filter);
-	}
+	for (size_t s = 0; s < target->sample_count; s++)
+		feet[s].triangle = NO_INDEX;
+	terms_feet_of_target(feet, &terms, target, nearest);
 	const double *dense = target->dense->xyz;
 	for (size_t s = 0; s < target->sample_count; s++) {
 		if (feet[s].triangle == NO_INDEX)

@@ -302,16 +302,34 @@ bool chain_nearest(double point[3], double tangent[3], const struct chain_index 
 	return isfinite(best) && normalise3(tangent) > 0;
 }
 
-struct foot terms_foot(const struct terms *terms, const struct target *target, size_t sample)
+struct foot terms_foot(const struct terms *terms, const struct target *target, size_t sample, idx_t hint[2])
 {
 	const double *p = &terms->level.xyz[3 * sample];
-	struct nearest_filter filter = {.label = target->dense->label, .only = terms->patch[sample]};
+	struct nearest_filter filter = {.label = target->dense->label, .only = terms->patch[sample], .hint = hint[0]};
 	struct foot foot = nearest_point(target->nearest, p, INFINITY, &filter);
+	hint[0] = foot.triangle + 1;
 	if (terms->patch2[sample] >= 0) {
-		filter.only = terms->patch2[sample];
-		const struct foot other = nearest_point(target->nearest, p, INFINITY, &filter);
+		filter.only = terms->patch2[sample], filter.hint = hint[1];
+		const struct foot other = nearest_point(target->nearest, p, foot.distance, &filter);
+		if (other.triangle != NO_INDEX)
+			hint[1] = other.triangle + 1;
 		if (foot.triangle == NO_INDEX || (other.triangle != NO_INDEX && other.distance < foot.distance))
 			foot = other;
 	}
 	return foot;
+}
+
+void terms_feet_of_target(struct foot *feet, const struct terms *terms, const struct target *target, const struct nearest *nearest)
+{
+	const idx_t *label = target->dense->label, *triangle = target->sample_triangle;
+	const size_t n = target->sample_count;
+	enum { RUN = 64 }; /* samples follow the triangles of the target: the one before is often close by */
+#pragma omp parallel for schedule(dynamic, 1)
+	for (size_t run = 0; run < (n + RUN - 1) / RUN; run++)
+		for (size_t s = RUN * run; s < n && s < RUN * (run + 1); s++) {
+			struct nearest_filter filter = {.label = terms->triangle_patch, .only = label[triangle[s]], .hint = feet[s].triangle + 1};
+			if (filter.hint == 0 && s > RUN * run)
+				filter.hint = feet[s - 1].triangle + 1;
+			feet[s] = nearest_point(nearest, &target->sample[3 * s], INFINITY, &filter);
+		}
 }

@@ -34,7 +34,12 @@ void chain_index_free(struct chain_index *index);
 /* Nearest point on the chains between two patches; false when there is none. tangent is unit. */
 bool chain_nearest(double point[3], double tangent[3], const struct chain_index *index, idx_t patch, idx_t patch2, const double p[3]);
 
-/* Foot of a surface sample on its own patch, or on the nearer one of the two that it lies between. */
-struct foot terms_foot(const struct terms *terms, const struct target *target, size_t sample);
+/* Foot of a surface sample on its own patch, or on the nearer one of the two that it lies between. hint: on each patch 1 + a triangle
+ * that is probably near, 0 for none; gets the triangles found. */
+struct foot terms_foot(const struct terms *terms, const struct target *target, size_t sample, idx_t hint[2]);
+
+/* Feet of all target samples on the samples' triangles of their own patch; nearest is over those (labelled by triangle_patch). Feet
+ * found before (triangle NO_INDEX: none) are where the searches start. */
+void terms_feet_of_target(struct foot *feet, const struct terms *terms, const struct target *target, const struct nearest *nearest);
 
 #endif

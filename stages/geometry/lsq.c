@@ -208,6 +208,21 @@ void lsq_add_point(struct lsq *lsq, idx_t i, const double target[3], double weig
 		lsq->right[3 * i + k] += weight * target[k];
 }
 
+void lsq_add_block(struct lsq *lsq, idx_t i, idx_t j, const double block[6])
+{
+	if (lsq->free_number[i] == NO_INDEX && lsq->free_number[j] == NO_INDEX)
+		return;
+	double *b = block_at(lsq, i, j);
+	for (int k = 0; k < 6; k++)
+		b[k] += block[k];
+}
+
+void lsq_add_right(struct lsq *lsq, idx_t i, const double right[3])
+{
+	for (int k = 0; k < 3; k++)
+		lsq->right[3 * i + k] += right[k];
+}
+
 double lsq_scale(const struct lsq *lsq)
 {
 	double sum = 0;

@@ -25,6 +25,11 @@ void lsq_add(struct lsq *lsq, const idx_t *index, const double *coefficient, siz
 /* Add weight * |P[i] - target|^2 (proximal terms, pulls). */
 void lsq_add_point(struct lsq *lsq, idx_t i, const double target[3], double weight);
 
+/* Parts of normal equations that were summed elsewhere: block (i, j), symmetric by itself (xx xy xz yy yz zz), and the right-hand
+ * side of point i (sum of weight * coefficient * metric * target). Block (j, i) is the same one: it is added once. */
+void lsq_add_block(struct lsq *lsq, idx_t i, idx_t j, const double block[6]);
+void lsq_add_right(struct lsq *lsq, idx_t i, const double right[3]);
+
 /* Mean diagonal entry of the free part so far: the scale for proximal weights. */
 double lsq_scale(const struct lsq *lsq);
 
