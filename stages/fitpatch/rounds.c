@@ -9,7 +9,7 @@
 #include "stages/fitpatch/local.h"
 
 /* A fold on less of a patch than this is left: it is smaller than what can be seen. */
-static const double fold_share = 1e-3;
+static const double fold_share = 1e-3, bent_fold_share = 1e-2; /* of planes; of others, where a new layout loses more */
 /* Rounds that try to get rid of a patch's folds by new border points. */
 enum { FOLD_ROUNDS = 3, MOST_DETAIL = 8, CAREFUL_ATTEMPTS = 3 };
 /* Rounds in a row that may pass without getting better. */
@@ -149,7 +149,8 @@ static size_t plan_round(struct plan *plan, size_t *anew, struct layouts *layout
 	size_t wanted = 0;
 	*anew = 0;
 	for (size_t p = 0; p < dense->patch_count; p++) {
-		const bool folds = error[p].folded > fold_share * dense->patch[p].area && plan->fold_rounds[p] < FOLD_ROUNDS;
+		const double share = is_plane(dense, p) ? fold_share : bent_fold_share;
+		const bool folds = error[p].folded > share * dense->patch[p].area && plan->fold_rounds[p] < FOLD_ROUNDS;
 		const bool far = error[p].max > rounds->bounds.max || (state->mean > rounds->bounds.mean && error[p].mean > rounds->bounds.mean);
 		const bool stuck = error[p].max > 0.9 * plan->last_max[p] && layouts->kind[p] == LAYOUT_CHORDS;
 		plan->want[p] = WANT_NOTHING, plan->again[p] = 0, plan->touched[p] = 0;
@@ -174,6 +175,56 @@ static size_t plan_round(struct plan *plan, size_t *anew, struct layouts *layout
 	return wanted;
 }
 
+/* Place the points from old_points on, find the faces of again anew, fit, measure (*face_error: caller frees). New points on borders
+ * are placed by a fit, since plane faces between them can be found only then: of all points, or with the old border points still. */
+static bool fit_round(struct draft *draft, struct patch_error *error, struct face_error **face_error, size_t old_points, bool borders_still,
+                      const struct rounds *rounds, const struct layouts *layouts, const unsigned char *again, struct fault *fault)
+{
+	*face_error = NULL;
+	if (old_points > 0) {
+		unsigned char *still = mem_array(draft->control.count, 1);
+		for (size_t i = 0; borders_still && i < old_points; i++)
+			still[i] = draft->control.role[i] != POINT_INSIDE;
+		const bool placed = joint_fit(draft, rounds->target, &rounds->joint, still, fault);
+		free(still);
+		if (!placed || !rounds_layout(draft, rounds, layouts, again, fault))
+			return false;
+	}
+	*face_error = mem_array(draft->polygons.count, sizeof **face_error);
+	return fit_carefully(draft, error, *face_error, rounds, fault);
+}
+
+/* Both ways of placing new points: moving old border points makes room for them, but may push borders out; the second way is tried
+ * where the first is no better than least. */
+static bool fit_better(struct draft *draft, struct patch_error *error, struct face_error **face_error, size_t old_points, double least,
+                       const struct rounds *rounds, const struct layouts *layouts, const unsigned char *again, struct fault *fault)
+{
+	const struct dense *dense = rounds->target->dense;
+	struct draft other = {0};
+	if (old_points > 0)
+		draft_copy(&other, draft);
+	bool good = fit_round(draft, error, face_error, old_points, false, rounds, layouts, again, fault);
+	struct state state = whole_part(error, dense);
+	const double first = badness(&state, &rounds->bounds);
+	if (good && old_points > 0 && first >= least) {
+		struct patch_error *other_error = mem_array(dense->patch_count, sizeof *other_error);
+		struct face_error *other_face;
+		good = fit_round(&other, other_error, &other_face, old_points, true, rounds, layouts, again, fault);
+		state = whole_part(other_error, dense);
+		if (good && badness(&state, &rounds->bounds) < first) {
+			draft_free(draft);
+			free(*face_error);
+			*draft = other;
+			*face_error = other_face;
+			memcpy(error, other_error, dense->patch_count * sizeof *error);
+			other = (struct draft){0}, other_face = NULL;
+		}
+		free(other_error), free(other_face);
+	}
+	draft_free(&other);
+	return good;
+}
+
 bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error *error, const struct rounds *rounds, struct fault *fault)
 {
 	const struct dense *dense = rounds->target->dense;
@@ -185,13 +236,10 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 	double least = INFINITY;
 	bool good = false;
 	int stale = 0;
+	size_t old_points = 0;
 	for (int round = 0;; round++) {
-		/* New points on borders are placed by a fit; only then can plane faces between them be found. */
-		good = round == 0 || (joint_fit(draft, rounds->target, &rounds->joint, NULL, fault) && rounds_layout(draft, rounds, layouts, plan.again, fault));
-		if (!good)
-			break;
-		struct face_error *face_error = mem_array(draft->polygons.count, sizeof *face_error);
-		good = fit_carefully(draft, error, face_error, rounds, fault);
+		struct face_error *face_error;
+		good = fit_better(draft, error, &face_error, old_points, least, rounds, layouts, plan.again, fault);
 		if (!good) {
 			free(face_error);
 			break;
@@ -207,6 +255,7 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 			least = now;
 		}
 		size_t anew, steps = 0;
+		old_points = draft->control.count;
 		const size_t wanted = plan_round(&plan, &anew, layouts, error, &state, rounds);
 		/* A cage that nears the size of the mesh is none (the patch method's section 10, hazard 23). */
 		const bool is_large = draft->polygons.count > MOST_FACES_AT_LEAST && draft->polygons.count > dense->triangle_count / FACES_DIVISOR;
