@@ -29,27 +29,27 @@ enum ffx_method { FFX_FACE_FIXER = 0 };
 /* Positions in space: x = step * (origin / 2^origin_bits + grid). */
 #define FFX_ORIGIN_LIMIT ((int64_t)1 << 48)
 struct ffx_frame {
-	double step;           /* > 0, model units; a value that ffx_frame_step() gives */
-	unsigned origin_bits;  /* 0 to 15 */
-	int64_t origin[3];     /* |origin| <= FFX_ORIGIN_LIMIT */
+	double step;          /* > 0, model units; a value that ffx_frame_step() gives */
+	unsigned origin_bits; /* 0 to 15 */
+	int64_t origin[3];    /* |origin| <= FFX_ORIGIN_LIMIT */
 };
 
 struct ffx {
 	enum cage_scheme scheme;
 	enum ffx_method method;
-	unsigned grid_code;    /* coordinates are in [0, ffx_grid_steps(grid_code)] */
+	unsigned grid_code; /* coordinates are in [0, ffx_grid_steps(grid_code)] */
 	bool has_frame;
 	struct ffx_frame frame;
 	size_t vertex_count;
-	int32_t *grid;         /* 3 a vertex */
-	idx_t *face_corner;    /* as in struct cage: at least 3 a face, no vertex twice in a face */
+	int32_t *grid;      /* 3 a vertex */
+	idx_t *face_corner; /* as in struct cage: at least 3 a face, no vertex twice in a face */
 	size_t *face_start;
 	size_t face_count;
-	idx_t *face_patch;     /* NULL unless groups are stored; decoded patches are numbered by first appearance from 0 */
-	idx_t *sharp;          /* as in struct cage */
+	idx_t *face_patch; /* NULL unless groups are stored; decoded patches are numbered by first appearance from 0 */
+	idx_t *sharp;      /* as in struct cage */
 	size_t sharp_count;
 	unsigned char *corner; /* a vertex; vertices where three or more sharp or border edges meet are corners by
-	                          themselves: their flags are not stored and come back as 0 */
+				  themselves: their flags are not stored and come back as 0 */
 };
 
 void ffx_free(struct ffx *ffx);
@@ -62,24 +62,25 @@ double ffx_frame_step(double step);
 bool ffx_frame_choose(struct ffx_frame *frame, const double low[3], double side, int32_t steps);
 
 struct ffx_options {
-	size_t root_limit;     /* encodings that are tried, each from another start edge; the smallest is kept. 0: as many as
-	                          is cheap (all for cages up to some hundred edges) */
-	size_t first_root;     /* half-edge that the first attempt starts from; as in the report */
+	size_t root_limit; /* encodings that are tried, each from another start edge; the smallest is kept. 0: as many as
+			      is cheap (all for cages up to some hundred edges) */
+	size_t first_root; /* half-edge that the first attempt starts from; as in the report */
 };
 
 /* Where the bytes went. Parts are -log2 p / 8 of their decisions; total is the stream's size. */
 struct ffx_report {
 	size_t vertex_count, edge_count, face_count, hole_count, component_count, handle_count, label_count;
 	double bytes_c, bytes_g, bytes_f;
-	size_t root;           /* half-edge that this encoding starts from */
-	size_t bytes_header;   /* magic, flags, grid, frame and checksum */
+	size_t root;         /* half-edge that this encoding starts from */
+	size_t bytes_header; /* magic, flags, grid, frame and checksum */
 	size_t bytes_total;
 };
 
 /* Pack. bytes belongs to the caller (free). The decoded cage is the same up to the order of its vertices, of its faces and
- * of the first corner in a face. Faults (EX_BAD_INPUT): not an oriented manifold, a vertex without faces, coordinates outside the grid. */
+ * of the first corner in a face. Faults (EX_BAD_INPUT): not an oriented manifold, a vertex without faces, coordinates outside the
+ * grid. */
 bool ffx_encode(unsigned char **bytes, size_t *size, struct ffx_report *report, const struct ffx *ffx,
-                const struct ffx_options *options, struct fault *fault);
+		const struct ffx_options *options, struct fault *fault);
 
 /* Unpack. Everything decoded is checked: the result is always an oriented manifold with vertices on the grid. Faults
  * (EX_BAD_INPUT) name shown: wrong magic, a newer version, checksum, truncation, contradictions. */

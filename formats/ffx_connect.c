@@ -15,7 +15,7 @@ struct waiting {
 struct rebuild {
 	struct ffx_coder *coder;
 	/* Half-edges come in pairs: 2 i and 2 i + 1 are the sides of label i's edge. */
-	idx_t *after, *before;  /* neighbours on the boundary */
+	idx_t *after, *before; /* neighbours on the boundary */
 	idx_t *next, *origin, *face;
 	size_t half_count, half_room;
 	unsigned char *valence; /* a vertex: its faces so far, up to VALENCE_CAP - 1 */
@@ -182,7 +182,8 @@ static void undo_m(struct rebuild *r, idx_t g, idx_t p, const struct label *labe
 	idx_t gate = p; /* the twin's place in that boundary is index */
 	for (idx_t i = 0; i < label->index; i++)
 		gate = r->before[gate];
-	memmove(r->stack + r->depth - label->depth + 1, r->stack + r->depth - label->depth, (size_t)label->depth * sizeof *r->stack);
+	memmove(r->stack + r->depth - label->depth + 1, r->stack + r->depth - label->depth,
+		(size_t)label->depth * sizeof *r->stack);
 	r->stack[r->depth - label->depth] = (struct waiting){gate, label->length};
 	r->depth++;
 	r->gate = g;
@@ -246,7 +247,8 @@ static unsigned face_class(const struct rebuild *r, idx_t half)
 
 static bool is_possible(const struct rebuild *r, unsigned kind)
 {
-	static const unsigned char least[LABEL_COUNT] = {[LABEL_F4] = 4, [LABEL_F3] = 3, [LABEL_F5] = 5, [LABEL_F6] = 6, [LABEL_F7] = 7, [LABEL_H] = 3};
+	static const unsigned char least[LABEL_COUNT] = {
+		[LABEL_F4] = 4, [LABEL_F3] = 3, [LABEL_F5] = 5, [LABEL_F6] = 6, [LABEL_F7] = 7, [LABEL_H] = 3};
 	if (kind == LABEL_S)
 		return r->depth > 0;
 	return r->length >= least[kind];
@@ -256,7 +258,8 @@ static void code_kind(struct rebuild *r, struct label *label)
 {
 	const idx_t gate = r->gate, last = r->before[gate];
 	const idx_t start = r->origin[gate];
-	const unsigned at_start = r->valence[start], at_end = r->valence[r->origin[r->after[gate]]], at_last = r->valence[r->origin[last]];
+	const unsigned at_start = r->valence[start], at_end = r->valence[r->origin[r->after[gate]]],
+		       at_last = r->valence[r->origin[last]];
 	const unsigned length = length_class(r->length), is_shared = r->open[start] > 1;
 	const unsigned at_last2 = r->valence[r->origin[r->before[last]]], is_last_shared = r->open[r->origin[last]] > 1;
 	const unsigned face = face_class(r, gate), last_face = face_class(r, last);
@@ -272,8 +275,8 @@ static void code_kind(struct rebuild *r, struct label *label)
 		(face * 5 + last_face) * LENGTH_CAP + length,
 		((at_start * VALENCE_CAP + at_last) * VALENCE_CAP + at_last2) * 4 + is_shared * 2 + is_last_shared,
 	};
-	static const size_t size[LABEL_INPUTS] = {LABEL_SIZE_0, LABEL_SIZE_1, LABEL_SIZE_2, LABEL_SIZE_3, LABEL_SIZE_4, LABEL_SIZE_5, LABEL_SIZE_6, LABEL_SIZE_7,
-		LABEL_SIZE_8};
+	static const size_t size[LABEL_INPUTS] = {LABEL_SIZE_0, LABEL_SIZE_1, LABEL_SIZE_2, LABEL_SIZE_3, LABEL_SIZE_4,
+						  LABEL_SIZE_5, LABEL_SIZE_6, LABEL_SIZE_7, LABEL_SIZE_8};
 	unsigned kind = 0;
 	for (; kind < LABEL_M; kind++) {
 		if (!is_possible(r, kind))
@@ -294,10 +297,18 @@ static bool code_label(struct rebuild *r, struct label *label)
 {
 	code_kind(r, label);
 	switch (label->kind) {
-	case LABEL_F3: label->degree = 3; break;
-	case LABEL_F4: label->degree = 4; break;
-	case LABEL_F5: label->degree = 5; break;
-	case LABEL_F6: label->degree = 6; break;
+	case LABEL_F3:
+		label->degree = 3;
+		break;
+	case LABEL_F4:
+		label->degree = 4;
+		break;
+	case LABEL_F5:
+		label->degree = 5;
+		break;
+	case LABEL_F6:
+		label->degree = 6;
+		break;
 	case LABEL_F7: {
 		const uint32_t limit = (uint32_t)r->length - 7;
 		const uint32_t more = model_golomb(r->coder, CONTEXT_DEGREE, limit, (uint32_t)label->degree - 7);
@@ -308,7 +319,8 @@ static bool code_label(struct rebuild *r, struct label *label)
 	}
 	case LABEL_H: {
 		const uint32_t limit = (uint32_t)r->length - 3;
-		const uint32_t more = model_golomb(r->coder, CONTEXT_DEGREE + CONTEXT_DEGREE_SIZE, limit, (uint32_t)label->degree - 3);
+		const uint32_t more =
+			model_golomb(r->coder, CONTEXT_DEGREE + CONTEXT_DEGREE_SIZE, limit, (uint32_t)label->degree - 3);
 		if (more > limit)
 			return false;
 		label->degree = (idx_t)more + 3;
@@ -332,19 +344,32 @@ static void undo(struct rebuild *r, const struct label *label, bool is_start)
 	r->half_count += 2;
 	r->face[g] = r->face[p] = NO_INDEX;
 	switch (label->kind) {
-	case LABEL_E: undo_e(r, g, p, is_start); break;
-	case LABEL_R: undo_r(r, g, p); break;
-	case LABEL_L: undo_l(r, g, p); break;
-	case LABEL_S: undo_s(r, g, p); break;
-	case LABEL_M: undo_m(r, g, p, label); break;
-	default: undo_face(r, g, p, label); break;
+	case LABEL_E:
+		undo_e(r, g, p, is_start);
+		break;
+	case LABEL_R:
+		undo_r(r, g, p);
+		break;
+	case LABEL_L:
+		undo_l(r, g, p);
+		break;
+	case LABEL_S:
+		undo_s(r, g, p);
+		break;
+	case LABEL_M:
+		undo_m(r, g, p, label);
+		break;
+	default:
+		undo_face(r, g, p, label);
+		break;
 	}
 	r->previous2 = r->previous;
 	r->previous = label->kind;
 }
 
 /* One component, from its last label to its first. labels: those of the component, or NULL. */
-static bool code_component(struct rebuild *r, const struct label *labels, size_t label_count, size_t label_limit, struct fault *fault)
+static bool code_component(struct rebuild *r, const struct label *labels, size_t label_count, size_t label_limit,
+			   struct fault *fault)
 {
 	r->previous = r->previous2 = LABEL_E;
 	r->component_faces = 0;
@@ -362,7 +387,10 @@ static bool code_component(struct rebuild *r, const struct label *labels, size_t
 		undo(r, &label, i == 0);
 		const idx_t a = r->gate, b = r->after[a];
 		if (r->depth == 0 && r->length == 2 && r->component_faces > 0 && b != (a ^ 1)) {
-			const size_t context = CONTEXT_DONE + (label.kind == LABEL_F4 ? 0 : label.kind == LABEL_F3 ? 1 : label.kind == LABEL_H ? 2 : 3);
+			const size_t context = CONTEXT_DONE + (label.kind == LABEL_F4   ? 0
+							       : label.kind == LABEL_F3 ? 1
+							       : label.kind == LABEL_H  ? 2
+											: 3);
 			if (model_bit(r->coder, context, labels && i + 1 == label_count))
 				break;
 		}
@@ -376,7 +404,8 @@ static bool code_component(struct rebuild *r, const struct label *labels, size_t
 /* Drop the two halves of each component's start edge that no face uses, and renumber. */
 static void take_surface(struct ffx_surface *surface, const struct rebuild *r, idx_t *original)
 {
-	*surface = (struct ffx_surface){.face_count = r->face_count, .vertex_count = r->vertex_count, .component_count = r->component_count};
+	*surface = (struct ffx_surface){
+		.face_count = r->face_count, .vertex_count = r->vertex_count, .component_count = r->component_count};
 	idx_t *number = mem_array(r->half_count, sizeof *number);
 	size_t count = 0;
 	for (size_t h = 0; h < r->half_count; h++) {
@@ -451,7 +480,7 @@ static bool check_surface(const struct ffx_surface *surface, struct fault *fault
 }
 
 bool connect_code(struct ffx_coder *coder, struct ffx_surface *surface, const struct labels *labels, idx_t **original,
-                  size_t label_limit, struct fault *fault)
+		  size_t label_limit, struct fault *fault)
 {
 	*surface = (struct ffx_surface){0};
 	struct rebuild r = {.coder = coder};

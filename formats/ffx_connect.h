@@ -9,10 +9,10 @@
 
 /* One label fixes one edge. */
 struct label {
-	unsigned char kind;    /* enum ffx_label; LABEL_F3 .. LABEL_F7 and LABEL_H with their degree */
-	idx_t degree;          /* F and H: edges of the face */
+	unsigned char kind;         /* enum ffx_label; LABEL_F3 .. LABEL_F7 and LABEL_H with their degree */
+	idx_t degree;               /* F and H: edges of the face */
 	idx_t depth, index, length; /* M: places below the top of the stack, place of the twin in that boundary, its length */
-	idx_t gate, twin;      /* the edge's two half-edges in the encoded surface */
+	idx_t gate, twin;           /* the edge's two half-edges in the encoded surface */
 };
 
 struct labels {
@@ -37,9 +37,10 @@ void labels_make(struct labels *labels, const struct ffx_surface *surface, idx_t
 #define MERGE_WORK_LIMIT ((size_t)1 << 26)
 
 /* Code the labels of all components from the last to the first and build the surface that they mean.
- * Encoding: labels given; original[h] becomes the half-edge of the encoded surface that half-edge h of *surface is (caller frees).
- * Decoding: labels NULL, original NULL. The result is an oriented manifold that surface_build would accept, or a fault. */
+ * Encoding: labels given; original[h] becomes the half-edge of the encoded surface that half-edge h of *surface is (caller
+ * frees). Decoding: labels NULL, original NULL. The result is an oriented manifold that surface_build would accept, or a fault.
+ */
 bool connect_code(struct ffx_coder *coder, struct ffx_surface *surface, const struct labels *labels, idx_t **original,
-                  size_t label_limit, struct fault *fault);
+		  size_t label_limit, struct fault *fault);
 
 #endif

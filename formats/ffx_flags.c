@@ -28,7 +28,8 @@ static int64_t *face_normals(const struct ffx_surface *surface, const int32_t *g
 			const int32_t *p = grid + 3 * (size_t)surface->origin[h], *q = grid + 3 * (size_t)surface_end(surface, h);
 			for (int k = 0; k < 3; k++) {
 				const int i = (k + 1) % 3, j = (k + 2) % 3;
-				sum[k] += (int64_t)(p[i] - foot[i]) * (q[j] - foot[j]) - (int64_t)(p[j] - foot[j]) * (q[i] - foot[i]);
+				sum[k] += (int64_t)(p[i] - foot[i]) * (q[j] - foot[j]) -
+					  (int64_t)(p[j] - foot[j]) * (q[i] - foot[i]);
 			}
 			h = surface->next[h];
 		} while (h != surface->first[f]);
@@ -72,10 +73,10 @@ struct flags {
 	const struct ffx_surface *surface;
 	const int32_t *grid;
 	const int64_t *normal;
-	unsigned char *state;    /* a half-edge */
+	unsigned char *state;           /* a half-edge */
 	uint32_t *sharp_at, *unseen_at; /* a vertex */
-	unsigned char *sharp_in; /* a face: sharp edges so far, up to 2 */
-	size_t edges, sharps;    /* coded so far */
+	unsigned char *sharp_in;        /* a face: sharp edges so far, up to 2 */
+	size_t edges, sharps;           /* coded so far */
 };
 
 /* What the end where half starts says: is there a sharp edge that half goes straight on from, and what is the topologically
@@ -153,7 +154,7 @@ static bool is_border(const struct ffx_surface *surface, idx_t half)
 }
 
 bool sharp_code(struct ffx_coder *coder, const struct ffx_surface *surface, const idx_t *order, const int32_t *grid,
-                unsigned char *sharp, struct fault *fault)
+		unsigned char *sharp, struct fault *fault)
 {
 	struct flags f = {.coder = coder, .surface = surface, .grid = grid};
 	int64_t *normal = face_normals(surface, grid);
@@ -193,7 +194,7 @@ bool sharp_code(struct ffx_coder *coder, const struct ffx_surface *surface, cons
 }
 
 bool corner_code(struct ffx_coder *coder, const struct ffx_surface *surface, const idx_t *order, const int32_t *grid,
-                 const unsigned char *sharp, unsigned char *corner, struct fault *fault)
+		 const unsigned char *sharp, unsigned char *corner, struct fault *fault)
 {
 	size_t seen = 0, corners = 0;
 	for (size_t i = 0; i < surface->vertex_count; i++) {
@@ -275,7 +276,7 @@ static void number_patches(idx_t *patch, const struct ffx_surface *surface)
 }
 
 bool patch_code(struct ffx_coder *coder, const struct ffx_surface *surface, const int32_t *grid, const unsigned char *sharp,
-                idx_t *patch, struct fault *fault)
+		idx_t *patch, struct fault *fault)
 {
 	if (!coder->range.is_decoding)
 		number_patches(patch, surface);
@@ -285,7 +286,8 @@ bool patch_code(struct ffx_coder *coder, const struct ffx_surface *surface, cons
 	for (size_t f = 0; f < surface->face_count && is_good; f++) {
 		if (surface->hole[f])
 			continue;
-		/* Is it that of a neighbour? Asked once for each, in the order around the face; smooth edges are likely inside a patch. */
+		/* Is it that of a neighbour? Asked once for each, in the order around the face; smooth edges are likely inside a
+		 * patch. */
 		idx_t asked[8];
 		int asked_count = 0;
 		bool is_known = false;
@@ -296,7 +298,11 @@ bool patch_code(struct ffx_coder *coder, const struct ffx_surface *surface, cons
 			for (int i = 0; i < asked_count && is_new; i++)
 				is_new = asked[i] != patch[g];
 			if (is_new) {
-				const unsigned context = (sharp[h] ? 0 : asked_count > 0 ? 2 : 1) * DIHEDRAL_CLASSES + dihedral_class(normal, surface, h);
+				const unsigned context = (sharp[h]          ? 0
+							  : asked_count > 0 ? 2
+									    : 1) *
+								 DIHEDRAL_CLASSES +
+							 dihedral_class(normal, surface, h);
 				is_known = model_bit(coder, CONTEXT_PATCH + context, patch[f] == patch[g]);
 				if (is_known)
 					patch[f] = patch[g];

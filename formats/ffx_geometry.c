@@ -10,7 +10,7 @@
 
 #include "formats/ffx_predict.h"
 
-#define SIDE_CLASSES 17       /* |residual| 1, 2, 3-4, 5-8, ... 32769-65536 */
+#define SIDE_CLASSES 17 /* |residual| 1, 2, 3-4, 5-8, ... 32769-65536 */
 #define HISTOGRAM_ONE 64
 #define HISTOGRAM_LIMIT (400 * HISTOGRAM_ONE)
 #define MASS_SHIFT 16
@@ -29,10 +29,10 @@ static int class_of(int64_t residual)
 
 struct expert {
 	enum ffx_expert kind;
-	int guess;             /* which guess of the vertex it is, or -1 */
+	int guess; /* which guess of the vertex it is, or -1 */
 	int32_t at;
 	size_t histogram;
-	unsigned hits;         /* HIT_STATES */
+	unsigned hits;                            /* HIT_STATES */
 	uint64_t zero, side[2][SIDE_CLASSES + 1]; /* masses: of residual 0; below each class on the negative and positive side */
 	uint64_t total;
 	uint64_t low, middle, high; /* mass below the interval's ends */
@@ -105,7 +105,7 @@ struct geometry {
 	struct ffx_coder *coder;
 	int32_t steps;
 	int bits;
-	unsigned scale;        /* SCALE_CLASSES */
+	unsigned scale;             /* SCALE_CLASSES */
 	struct seen_values seen[4]; /* by axis, and all */
 };
 
@@ -139,17 +139,31 @@ static int32_t code_coordinate(struct geometry *g, int axis, struct expert *expe
 			for (size_t i = 0; i < expert_count; i++) {
 				struct expert *e = &expert[i];
 				e->middle = mass_below(e, middle);
-				const size_t weight = (((e->kind * (size_t)ALIVE_CLASSES + alive_class(e)) * HIT_STATES + e->hits) * LEVEL_CLASSES + rung) * COMPANY_CLASSES + company;
-				mix_logit(g->coder, model_log2(e->high - e->middle + 1) - model_log2(e->middle - e->low + 1), WEIGHT_EXPERT + weight);
+				const size_t weight =
+					(((e->kind * (size_t)ALIVE_CLASSES + alive_class(e)) * HIT_STATES + e->hits) *
+						 LEVEL_CLASSES +
+					 rung) * COMPANY_CLASSES +
+					company;
+				mix_logit(g->coder, model_log2(e->high - e->middle + 1) - model_log2(e->middle - e->low + 1),
+					  WEIGHT_EXPERT + weight);
 			}
 			for (size_t s = 0; s < 2; s++) {
 				const uint32_t *count = g->seen[s == 0 ? axis : 3].count;
 				const uint32_t all = count[node];
 				if (all == 0)
 					continue;
-				const size_t class = all <= 1 ? 0 : all <= 2 ? 1 : all <= 4 ? 2 : all <= 8 ? 3 : all <= 20 ? 4 : 5;
-				const size_t weight = ((s * CACHE_CLASSES + class) * LEVEL_CLASSES + rung) * COMPANY_CLASSES + company;
-				mix_logit(g->coder, model_log2(16 * (uint64_t)count[2 * node + 1] + 2) - model_log2(16 * (uint64_t)count[2 * node] + 2), WEIGHT_CACHE + weight);
+				const size_t class = all <= 1    ? 0
+						     : all <= 2  ? 1
+						     : all <= 4  ? 2
+						     : all <= 8  ? 3
+						     : all <= 20 ? 4
+								 : 5;
+				const size_t weight =
+					((s * CACHE_CLASSES + class) * LEVEL_CLASSES + rung) * COMPANY_CLASSES + company;
+				mix_logit(g->coder,
+					  model_log2(16 * (uint64_t)count[2 * node + 1] + 2) -
+						  model_log2(16 * (uint64_t)count[2 * node] + 2),
+					  WEIGHT_CACHE + weight);
 			}
 			bit = mix_code(g->coder, value >> level & 1);
 		}
@@ -178,7 +192,10 @@ static void code_vertex(struct geometry *g, const struct guesses *guesses, int32
 		struct expert expert[GUESS_LIMIT + PLANE_LIMIT];
 		size_t count = 0;
 		for (size_t i = 0; i < guesses->guess_count; i++)
-			expert[count++] = (struct expert){.kind = guesses->guess[i].kind, .guess = (int)i, .at = guesses->guess[i].at[axis], .hits = hits[i]};
+			expert[count++] = (struct expert){.kind = guesses->guess[i].kind,
+							  .guess = (int)i,
+							  .at = guesses->guess[i].at[axis],
+							  .hits = hits[i]};
 		int32_t told[PLANE_LIMIT];
 		enum ffx_expert kind[PLANE_LIMIT];
 		const size_t told_count = predict_from_planes(told, kind, guesses, step, point);
@@ -195,7 +212,7 @@ static void code_vertex(struct geometry *g, const struct guesses *guesses, int32
 }
 
 bool geometry_code(struct ffx_coder *coder, const struct ffx_surface *surface, const idx_t *order, const idx_t *rank,
-                   int32_t *grid, int32_t steps, struct fault *fault)
+		   int32_t *grid, int32_t steps, struct fault *fault)
 {
 	struct geometry g = {.coder = coder, .steps = steps};
 	while (steps >> g.bits > 0)

@@ -11,19 +11,19 @@
 /* Code the positions of all vertices in the given order (predict_order): grid, 3 a vertex, in [0, steps]. Encoding reads
  * grid, decoding fills it. Faults: the stream ends too early. */
 bool geometry_code(struct ffx_coder *coder, const struct ffx_surface *surface, const idx_t *order, const idx_t *rank,
-                   int32_t *grid, int32_t steps, struct fault *fault);
+		   int32_t *grid, int32_t steps, struct fault *fault);
 
 /* Code a flag for each edge with two real faces: sharp[h] for half-edge h, the same on both sides. */
 bool sharp_code(struct ffx_coder *coder, const struct ffx_surface *surface, const idx_t *order, const int32_t *grid,
-                unsigned char *sharp, struct fault *fault);
+		unsigned char *sharp, struct fault *fault);
 
 /* Code a corner flag for each vertex with fewer than three sharp or border edges; others are set to 0. */
 bool corner_code(struct ffx_coder *coder, const struct ffx_surface *surface, const idx_t *order, const int32_t *grid,
-                 const unsigned char *sharp, unsigned char *corner, struct fault *fault);
+		 const unsigned char *sharp, unsigned char *corner, struct fault *fault);
 
 /* Code the patch of each face that is no hole: patch, one a face of the surface, numbered by first appearance in the order of
  * faces; encoding takes any numbers >= 0 and renumbers them. */
 bool patch_code(struct ffx_coder *coder, const struct ffx_surface *surface, const int32_t *grid, const unsigned char *sharp,
-                idx_t *patch, struct fault *fault);
+		idx_t *patch, struct fault *fault);
 
 #endif

@@ -15,7 +15,7 @@ void labels_free(struct labels *labels)
 /* An active boundary is a cycle of half-edges whose left side is still to be done; it starts at its gate. */
 struct boundary {
 	idx_t gate, length;
-	size_t place;          /* in the stack, while it waits there */
+	size_t place; /* in the stack, while it waits there */
 };
 
 struct walk {
@@ -26,7 +26,7 @@ struct walk {
 	unsigned char *done;   /* a face */
 	struct boundary *boundary;
 	size_t boundary_count;
-	idx_t *stack;          /* boundaries that wait */
+	idx_t *stack; /* boundaries that wait */
 	size_t depth;
 };
 

@@ -2,18 +2,31 @@
  *
  * Private to formats/ffx*. Every binary decision is coded from several inputs. An input is a logit in 1/256 of log2, from the
  * counts of a context or from an expert's masses; the mixer adds them with weights (Mattern 2012, "Mixing strategies in data
- * compression"; the idea is Mahoney's PAQ), codes the bit, and lets counts and weights learn. Initial counts, histograms and weights
- * were trained on cages and are compiled in (ffx_tables.c): a stream is too short to learn them. */
+ * compression"; the idea is Mahoney's PAQ), codes the bit, and lets counts and weights learn. Initial counts, histograms and
+ * weights were trained on cages and are compiled in (ffx_tables.c): a stream is too short to learn them. */
 #ifndef CAGEWRIGHT_FFX_MODEL_H
 #define CAGEWRIGHT_FFX_MODEL_H
 
 #include "formats/range.h"
 
 /* --- labels of connectivity ------------------------------------------------------------------------------------- */
-enum ffx_label { LABEL_F4, LABEL_R, LABEL_F3, LABEL_L, LABEL_E, LABEL_S, LABEL_F5, LABEL_F6, LABEL_F7, LABEL_H, LABEL_M, LABEL_COUNT };
+enum ffx_label {
+	LABEL_F4,
+	LABEL_R,
+	LABEL_F3,
+	LABEL_L,
+	LABEL_E,
+	LABEL_S,
+	LABEL_F5,
+	LABEL_F6,
+	LABEL_F7,
+	LABEL_H,
+	LABEL_M,
+	LABEL_COUNT
+};
 
-#define VALENCE_CAP 6  /* valences 0..5 and more */
-#define LENGTH_CAP 6   /* boundary lengths 2, 3, 4, 5, 6, more */
+#define VALENCE_CAP 6 /* valences 0..5 and more */
+#define LENGTH_CAP 6  /* boundary lengths 2, 3, 4, 5, 6, more */
 #define LABEL_INPUTS 9
 enum {
 	CONTEXT_LABEL = 0, /* a node of the label tree, in each of its inputs */
@@ -26,7 +39,8 @@ enum {
 	LABEL_SIZE_6 = 5 * VALENCE_CAP * VALENCE_CAP * 3,
 	LABEL_SIZE_7 = 5 * 5 * LENGTH_CAP,
 	LABEL_SIZE_8 = VALENCE_CAP * VALENCE_CAP * VALENCE_CAP * 4,
-	LABEL_SIZE = LABEL_SIZE_0 + LABEL_SIZE_1 + LABEL_SIZE_2 + LABEL_SIZE_3 + LABEL_SIZE_4 + LABEL_SIZE_5 + LABEL_SIZE_6 + LABEL_SIZE_7 + LABEL_SIZE_8,
+	LABEL_SIZE = LABEL_SIZE_0 + LABEL_SIZE_1 + LABEL_SIZE_2 + LABEL_SIZE_3 + LABEL_SIZE_4 + LABEL_SIZE_5 + LABEL_SIZE_6 +
+		     LABEL_SIZE_7 + LABEL_SIZE_8,
 	CONTEXT_DONE = CONTEXT_LABEL + LABEL_COUNT * LABEL_SIZE,
 	CONTEXT_MORE = CONTEXT_DONE + 4,
 	CONTEXT_DEGREE = CONTEXT_MORE + 1, /* Exp-Golomb of long faces, of holes: 2 x 32 */
@@ -84,15 +98,15 @@ enum {
 };
 
 /* --- tables (ffx_tables.c, written by tests/train) --- */
-extern const unsigned char ffx_table_count[2 * FFX_CONTEXTS];                    /* 1/8 of an observation */
-extern const short ffx_table_weight[FFX_WEIGHTS];                                /* 1/4096 */
+extern const unsigned char ffx_table_count[2 * FFX_CONTEXTS];                        /* 1/8 of an observation */
+extern const short ffx_table_weight[FFX_WEIGHTS];                                    /* 1/4096 */
 extern const unsigned short ffx_table_histogram[FFX_HISTOGRAMS * HISTOGRAM_CLASSES]; /* 1/64 of an observation, > 0 */
 
 /* --- the model ---------------------------------------------------------------------------------------------------- */
 struct ffx_training; /* tests/train looks on through this */
 struct ffx_model {
-	uint16_t count[2 * FFX_CONTEXTS];          /* 1/32 of an observation */
-	int32_t weight[FFX_WEIGHTS];               /* 1/65536 */
+	uint16_t count[2 * FFX_CONTEXTS];                      /* 1/32 of an observation */
+	int32_t weight[FFX_WEIGHTS];                           /* 1/65536 */
 	uint16_t histogram[FFX_HISTOGRAMS][HISTOGRAM_CLASSES]; /* 1/64 of an observation */
 	struct ffx_training *training;
 };
@@ -110,7 +124,7 @@ struct ffx_coder {
 	int32_t logit[MIX_LIMIT];
 	size_t weight[MIX_LIMIT];
 	size_t context[MIX_LIMIT];
-	uint64_t cost;         /* 1/4096 bit, of all decisions so far */
+	uint64_t cost; /* 1/4096 bit, of all decisions so far */
 };
 
 /* Start with the compiled tables; or with others (tests/train). */
@@ -129,7 +143,8 @@ unsigned mix_code(struct ffx_coder *coder, unsigned bit);
 unsigned model_bit(struct ffx_coder *coder, size_t context, unsigned bit);
 /* Equally likely values. */
 uint32_t model_uniform(struct ffx_coder *coder, uint32_t count, uint32_t value);
-/* Exp-Golomb with adaptive bits: 32 contexts from the first one on. value <= limit < 2^30; larger decoded values come back as limit + 1. */
+/* Exp-Golomb with adaptive bits: 32 contexts from the first one on. value <= limit < 2^30; larger decoded values come back as
+ * limit + 1. */
 uint32_t model_golomb(struct ffx_coder *coder, size_t context, uint32_t limit, uint32_t value);
 
 /* Arithmetic shift to the right with rounding down, whatever the compiler does with negative numbers. */

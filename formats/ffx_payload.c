@@ -28,7 +28,8 @@ static bool mark_sharp(struct payload *payload, struct fault *fault)
 		while (surface_end(s, h) != b) {
 			h = surface_turn(s, h);
 			if (h == s->outgoing[a])
-				return fault_set(fault, EX_BAD_INPUT, "sharp edge %zu: no face has an edge from %" PRIidx " to %" PRIidx, i, a, b);
+				return fault_set(fault, EX_BAD_INPUT,
+						 "sharp edge %zu: no face has an edge from %" PRIidx " to %" PRIidx, i, a, b);
 		}
 		if (!s->hole[s->face[h]] && !s->hole[s->face[s->twin[h]]])
 			payload->sharp[h] = payload->sharp[s->twin[h]] = 1;
@@ -59,15 +60,17 @@ bool payload_prepare(struct payload *payload, const struct ffx *ffx, struct faul
 }
 
 /* Everything after connectivity, the same for both directions. */
-static bool code_attributes(struct ffx_coder *coder, struct payload_report *report, const struct ffx_surface *surface, const idx_t *order, const idx_t *rank,
-                            int32_t *grid, int32_t steps, unsigned char *sharp, unsigned char *corner, idx_t *patch, struct fault *fault)
+static bool code_attributes(struct ffx_coder *coder, struct payload_report *report, const struct ffx_surface *surface,
+			    const idx_t *order, const idx_t *rank, int32_t *grid, int32_t steps, unsigned char *sharp,
+			    unsigned char *corner, idx_t *patch, struct fault *fault)
 {
 	const uint64_t start = coder->cost;
 	if (!geometry_code(coder, surface, order, rank, grid, steps, fault))
 		return false;
 	const uint64_t middle = coder->cost;
-	const bool is_good = sharp_code(coder, surface, order, grid, sharp, fault) && corner_code(coder, surface, order, grid, sharp, corner, fault)
-		&& (!patch || patch_code(coder, surface, grid, sharp, patch, fault));
+	const bool is_good = sharp_code(coder, surface, order, grid, sharp, fault) &&
+			     corner_code(coder, surface, order, grid, sharp, corner, fault) &&
+			     (!patch || patch_code(coder, surface, grid, sharp, patch, fault));
 	if (report) {
 		report->cost_g = middle - start;
 		report->cost_f = coder->cost - middle;
@@ -75,14 +78,16 @@ static bool code_attributes(struct ffx_coder *coder, struct payload_report *repo
 	return is_good;
 }
 
-bool payload_encode(struct ffx_coder *coder, struct payload_report *report, const struct payload *payload, idx_t root, struct fault *fault)
+bool payload_encode(struct ffx_coder *coder, struct payload_report *report, const struct payload *payload, idx_t root,
+		    struct fault *fault)
 {
 	const struct ffx *ffx = payload->ffx;
 	struct labels labels;
 	labels_make(&labels, &payload->surface, root);
 	struct ffx_surface s;
 	idx_t *original = NULL;
-	*report = (struct payload_report){.label_count = labels.count, .component_count = labels.component_count, .handle_count = labels.handle_count};
+	*report = (struct payload_report){
+		.label_count = labels.count, .component_count = labels.component_count, .handle_count = labels.handle_count};
 	bool is_good = connect_code(coder, &s, &labels, &original, INDEX_LIMIT / 4, fault);
 	report->cost_c = coder->cost;
 	labels_free(&labels);
@@ -102,7 +107,8 @@ bool payload_encode(struct ffx_coder *coder, struct payload_report *report, cons
 	}
 	idx_t *order = mem_array(s.vertex_count, sizeof *order), *rank = mem_array(s.vertex_count, sizeof *rank);
 	predict_order(order, rank, &s);
-	is_good = code_attributes(coder, report, &s, order, rank, grid, ffx_grid_steps(ffx->grid_code), sharp, corner, patch, fault);
+	is_good = code_attributes(coder, report, &s, order, rank, grid, ffx_grid_steps(ffx->grid_code), sharp, corner, patch,
+				  fault);
 	free(order);
 	free(rank);
 	free(grid);
@@ -123,8 +129,8 @@ static int compare_edges(const void *left, const void *right)
 }
 
 /* The surface as lists; vertices numbered by rank. */
-static void take_lists(struct ffx *ffx, const struct ffx_surface *s, const idx_t *rank, const int32_t *grid, const unsigned char *sharp,
-                       const unsigned char *corner, const idx_t *patch)
+static void take_lists(struct ffx *ffx, const struct ffx_surface *s, const idx_t *rank, const int32_t *grid,
+		       const unsigned char *sharp, const unsigned char *corner, const idx_t *patch)
 {
 	ffx->vertex_count = s->vertex_count;
 	ffx->grid = mem_array(3 * s->vertex_count, sizeof(int32_t));
@@ -171,7 +177,8 @@ bool payload_decode(struct ffx_coder *coder, struct ffx *ffx, bool has_patches, 
 	idx_t *patch = has_patches ? mem_array(s.face_count, sizeof *patch) : NULL;
 	idx_t *order = mem_array(s.vertex_count, sizeof *order), *rank = mem_array(s.vertex_count, sizeof *rank);
 	predict_order(order, rank, &s);
-	const bool is_good = code_attributes(coder, NULL, &s, order, rank, grid, ffx_grid_steps(ffx->grid_code), sharp, corner, patch, fault);
+	const bool is_good =
+		code_attributes(coder, NULL, &s, order, rank, grid, ffx_grid_steps(ffx->grid_code), sharp, corner, patch, fault);
 	if (is_good)
 		take_lists(ffx, &s, rank, grid, sharp, corner, patch);
 	free(order);

@@ -1,5 +1,5 @@
-/* What the range coder of an FFX stream carries: connectivity, positions, sharp edges, corners, patches, in this order. Private to
- * formats/ffx* and to the program that trains the tables. */
+/* What the range coder of an FFX stream carries: connectivity, positions, sharp edges, corners, patches, in this order. Private
+ * to formats/ffx* and to the program that trains the tables. */
 #ifndef CAGEWRIGHT_FFX_PAYLOAD_H
 #define CAGEWRIGHT_FFX_PAYLOAD_H
 
@@ -13,7 +13,7 @@
 /* A cage ready to be coded: its half-edges, and flags on them. */
 struct payload {
 	struct ffx_surface surface;
-	unsigned char *sharp;  /* a half-edge */
+	unsigned char *sharp; /* a half-edge */
 	const struct ffx *ffx;
 };
 void payload_free(struct payload *payload);
@@ -28,7 +28,8 @@ struct payload_report {
 };
 
 /* Encode from start half-edge root; the coder has been set up with a model and range_encode. Does not finish the range coder. */
-bool payload_encode(struct ffx_coder *coder, struct payload_report *report, const struct payload *payload, idx_t root, struct fault *fault);
+bool payload_encode(struct ffx_coder *coder, struct payload_report *report, const struct payload *payload, idx_t root,
+		    struct fault *fault);
 
 /* Fill counts, grid, faces, patches (when has_patches), sharp and corner of *ffx; grid_code is set by the caller. */
 bool payload_decode(struct ffx_coder *coder, struct ffx *ffx, bool has_patches, size_t label_limit, struct fault *fault);

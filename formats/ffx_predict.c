@@ -7,9 +7,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define FAN_LIMIT 64     /* half-edges around a vertex that are looked at */
-#define REACH 3          /* vertices along a face that a guess needs */
-#define PLANE_REACH 6    /* vertices along a face, each way, that a plane is taken from */
+#define FAN_LIMIT 64  /* half-edges around a vertex that are looked at */
+#define REACH 3       /* vertices along a face that a guess needs */
+#define PLANE_REACH 6 /* vertices along a face, each way, that a plane is taken from */
 
 /* --- order ----------------------------------------------------------------------------------------------------------- */
 
@@ -123,9 +123,9 @@ void predict_order(idx_t *order, idx_t *rank, const struct ffx_surface *surface)
 
 /* 65536 * (1 + 2 cos(360 degrees / n)), n = 4 .. 32: with three consecutive vertices u v w of a regular n-gon the next is
  * u + this * (w - v). */
-static const int32_t polygon_ratio[] = {65536, 106039, 131072, 147258, 158218, 165943, 171575, 175801, 179048, 181594,
-	183628, 185276, 186631, 187757, 188703, 189506, 190193, 190785, 191299, 191747, 192142, 192490, 192799, 193075, 193322, 193544,
-	193744, 193925, 194089};
+static const int32_t polygon_ratio[] = {65536,  106039, 131072, 147258, 158218, 165943, 171575, 175801, 179048, 181594,
+					183628, 185276, 186631, 187757, 188703, 189506, 190193, 190785, 191299, 191747,
+					192142, 192490, 192799, 193075, 193322, 193544, 193744, 193925, 194089};
 
 static int32_t ratio_of(idx_t degree)
 {
@@ -135,7 +135,7 @@ static int32_t ratio_of(idx_t degree)
 struct view {
 	const struct ffx_surface *surface;
 	const idx_t *rank;
-	idx_t at;              /* rank of the vertex to be predicted */
+	idx_t at; /* rank of the vertex to be predicted */
 	const int32_t *grid;
 };
 
@@ -158,7 +158,8 @@ static void add_guess(struct guesses *guesses, enum ffx_expert kind, const int32
 	memcpy(guess->at, at, sizeof guess->at);
 }
 
-static void guess_parallelogram(struct guesses *guesses, enum ffx_expert kind, const int32_t *a, const int32_t *b, const int32_t *opposite)
+static void guess_parallelogram(struct guesses *guesses, enum ffx_expert kind, const int32_t *a, const int32_t *b,
+				const int32_t *opposite)
 {
 	int32_t at[3];
 	for (int k = 0; k < 3; k++)
@@ -424,12 +425,14 @@ size_t predict_from_planes(int32_t *value, enum ffx_expert *kind, const struct g
 			const int m = guesses->axis[2];
 			for (size_t h = j + 1; h < planes && count < PLANE_LIMIT; h++) {
 				const int32_t *c = guesses->plane[h].normal;
-				const int64_t bc = (int64_t)b[l] * c[m] - (int64_t)b[m] * c[l], ca = (int64_t)c[l] * a[m] - (int64_t)c[m] * a[l];
+				const int64_t bc = (int64_t)b[l] * c[m] - (int64_t)b[m] * c[l],
+					      ca = (int64_t)c[l] * a[m] - (int64_t)c[m] * a[l];
 				const int64_t ab = (int64_t)a[l] * b[m] - (int64_t)a[m] * b[l];
 				const __int128 volume = (__int128)a[k] * bc + (__int128)b[k] * ca + (__int128)c[k] * ab;
 				if (volume > -((__int128)1 << 40) && volume < (__int128)1 << 40)
 					continue;
-				if (divide(&value[count], (__int128)rest[i] * bc + (__int128)rest[j] * ca + (__int128)rest[h] * ab, volume))
+				if (divide(&value[count],
+					   (__int128)rest[i] * bc + (__int128)rest[j] * ca + (__int128)rest[h] * ab, volume))
 					kind[count++] = EXPERT_POINT;
 			}
 		}
@@ -437,7 +440,8 @@ size_t predict_from_planes(int32_t *value, enum ffx_expert *kind, const struct g
 	return count;
 }
 
-void predict_vertex(struct guesses *guesses, const struct ffx_surface *surface, const idx_t *order, const idx_t *rank, size_t at, const int32_t *grid)
+void predict_vertex(struct guesses *guesses, const struct ffx_surface *surface, const idx_t *order, const idx_t *rank, size_t at,
+		    const int32_t *grid)
 {
 	guesses->guess_count = guesses->plane_count = 0;
 	const struct view view = {surface, rank, (idx_t)at, grid};

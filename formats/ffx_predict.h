@@ -30,14 +30,17 @@ struct guesses {
 	size_t guess_count;
 	struct plane plane[PLANE_LIMIT]; /* of faces that the vertex is in */
 	size_t plane_count;
-	int axis[3];           /* in which order its coordinates are coded: those that planes tell come last */
+	int axis[3]; /* in which order its coordinates are coded: those that planes tell come last */
 };
 
-/* Guesses at the vertex of rank at from the vertices of lower rank. grid: 3 a vertex. O(1) apart from the first 64 faces around it. */
-void predict_vertex(struct guesses *guesses, const struct ffx_surface *surface, const idx_t *order, const idx_t *rank, size_t at, const int32_t *grid);
+/* Guesses at the vertex of rank at from the vertices of lower rank. grid: 3 a vertex. O(1) apart from the first 64 faces around
+ * it. */
+void predict_vertex(struct guesses *guesses, const struct ffx_surface *surface, const idx_t *order, const idx_t *rank, size_t at,
+		    const int32_t *grid);
 
-/* Where planes put coordinate axis[step] when axis[0 .. step) of point are known: values and their kinds (EXPERT_PLANE, EXPERT_LINE,
- * EXPERT_POINT), at most PLANE_LIMIT. Returns how many. */
-size_t predict_from_planes(int32_t *value, enum ffx_expert *kind, const struct guesses *guesses, int step, const int32_t point[3]);
+/* Where planes put coordinate axis[step] when axis[0 .. step) of point are known: values and their kinds (EXPERT_PLANE,
+ * EXPERT_LINE, EXPERT_POINT), at most PLANE_LIMIT. Returns how many. */
+size_t predict_from_planes(int32_t *value, enum ffx_expert *kind, const struct guesses *guesses, int step,
+			   const int32_t point[3]);
 
 #endif

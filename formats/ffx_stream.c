@@ -22,8 +22,8 @@ static const unsigned char magic[2] = {'F', 'X'};
 int32_t ffx_grid_steps(unsigned code)
 {
 	/* 65536 * 2^(i / 16) */
-	static const uint32_t octave[16] = {65536, 68438, 71468, 74632, 77936, 81386, 84990, 88752,
-		92682, 96785, 101070, 105545, 110218, 115098, 120194, 125515};
+	static const uint32_t octave[16] = {65536, 68438, 71468,  74632,  77936,  81386,  84990,  88752,
+					    92682, 96785, 101070, 105545, 110218, 115098, 120194, 125515};
 	return (int32_t)(((uint64_t)octave[code % 16] << (3 + code / 16)) >> 16) - 1;
 }
 
@@ -147,7 +147,8 @@ struct attempt {
 	struct payload_report report;
 };
 
-static bool encode_from(struct attempt *attempt, const struct payload *payload, idx_t root, struct ffx_model *model, struct fault *fault)
+static bool encode_from(struct attempt *attempt, const struct payload *payload, idx_t root, struct ffx_model *model,
+			struct fault *fault)
 {
 	struct ffx_coder coder = {.model = model};
 	model_init(model);
@@ -167,7 +168,8 @@ static bool encode_from(struct attempt *attempt, const struct payload *payload, 
 #define ROOT_WORK 60000
 
 /* The smallest encoding of all that are tried; the first of those of equal size and cost. */
-static bool encode_best(struct attempt *best, const struct payload *payload, size_t root_limit, size_t first_root, struct fault *fault)
+static bool encode_best(struct attempt *best, const struct payload *payload, size_t root_limit, size_t first_root,
+			struct fault *fault)
 {
 	const size_t halves = payload->surface.half_count;
 	size_t tries = root_limit ? root_limit : 1 + ROOT_WORK / halves;
@@ -196,11 +198,12 @@ static bool encode_best(struct attempt *best, const struct payload *payload, siz
 }
 
 bool ffx_encode(unsigned char **bytes, size_t *size, struct ffx_report *report, const struct ffx *ffx,
-                const struct ffx_options *options, struct fault *fault)
+		const struct ffx_options *options, struct fault *fault)
 {
 	if (ffx->grid_code >= FFX_GRID_CODES)
 		return fault_set(fault, EX_BUG, "there is no grid %u", ffx->grid_code);
-	if (ffx->has_frame && (ffx_frame_step(ffx->frame.step) != ffx->frame.step || ffx->frame.step == 0 || ffx->frame.origin_bits > 15))
+	if (ffx->has_frame &&
+	    (ffx_frame_step(ffx->frame.step) != ffx->frame.step || ffx->frame.step == 0 || ffx->frame.origin_bits > 15))
 		return fault_set(fault, EX_BUG, "the frame cannot be stored exactly");
 	for (int k = 0; ffx->has_frame && k < 3; k++)
 		if (ffx->frame.origin[k] < -FFX_ORIGIN_LIMIT || ffx->frame.origin[k] > FFX_ORIGIN_LIMIT)
@@ -221,7 +224,8 @@ bool ffx_encode(unsigned char **bytes, size_t *size, struct ffx_report *report, 
 	size_t at = 0;
 	out[at++] = magic[0];
 	out[at++] = magic[1];
-	out[at++] = (unsigned char)(FFX_VERSION | ffx->scheme << 3 | ffx->method << 5 | (ffx->has_frame ? 64 : 0) | (ffx->face_patch ? 128 : 0));
+	out[at++] = (unsigned char)(FFX_VERSION | ffx->scheme << 3 | ffx->method << 5 | (ffx->has_frame ? 64 : 0) |
+				    (ffx->face_patch ? 128 : 0));
 	out[at++] = (unsigned char)ffx->grid_code;
 	if (ffx->has_frame) {
 		put_frame_step(out + at, &ffx->frame);
@@ -241,11 +245,19 @@ bool ffx_encode(unsigned char **bytes, size_t *size, struct ffx_report *report, 
 	if (report) {
 		const double per_byte = 8 * 4096;
 		const struct ffx_surface *s = &payload.surface;
-		*report = (struct ffx_report){
-			.vertex_count = s->vertex_count, .edge_count = s->half_count / 2, .face_count = s->face_count - s->hole_count,
-			.hole_count = s->hole_count, .component_count = best.report.component_count, .handle_count = best.report.handle_count,
-			.label_count = best.report.label_count, .root = best.root, .bytes_c = (double)best.report.cost_c / per_byte, .bytes_g = (double)best.report.cost_g / per_byte,
-			.bytes_f = (double)best.report.cost_f / per_byte, .bytes_header = header + sum_size, .bytes_total = at};
+		*report = (struct ffx_report){.vertex_count = s->vertex_count,
+					      .edge_count = s->half_count / 2,
+					      .face_count = s->face_count - s->hole_count,
+					      .hole_count = s->hole_count,
+					      .component_count = best.report.component_count,
+					      .handle_count = best.report.handle_count,
+					      .label_count = best.report.label_count,
+					      .root = best.root,
+					      .bytes_c = (double)best.report.cost_c / per_byte,
+					      .bytes_g = (double)best.report.cost_g / per_byte,
+					      .bytes_f = (double)best.report.cost_f / per_byte,
+					      .bytes_header = header + sum_size,
+					      .bytes_total = at};
 	}
 	free(best.bytes);
 	payload_free(&payload);
@@ -266,7 +278,8 @@ void ffx_free(struct ffx *ffx)
 }
 
 /* Returns where the payload starts, 0 when the header is wrong. */
-static size_t read_header(struct ffx *ffx, bool *has_patches, const unsigned char *bytes, size_t end, const char *shown, struct fault *fault)
+static size_t read_header(struct ffx *ffx, bool *has_patches, const unsigned char *bytes, size_t end, const char *shown,
+			  struct fault *fault)
 {
 	ffx->scheme = (enum cage_scheme)(bytes[2] >> 3 & 3);
 	ffx->method = (enum ffx_method)(bytes[2] >> 5 & 1);
@@ -312,7 +325,8 @@ bool ffx_decode(struct ffx *ffx, const unsigned char *bytes, size_t size, const 
 	if (size < HEADER_SIZE + 2)
 		return fault_set(fault, EX_BAD_INPUT, "%s: the stream ends in its header", shown);
 	if ((bytes[2] & 7) != FFX_VERSION)
-		return fault_set(fault, EX_BAD_INPUT, "%s: FFX version %d is not known here (only %d)", shown, bytes[2] & 7, FFX_VERSION);
+		return fault_set(fault, EX_BAD_INPUT, "%s: FFX version %d is not known here (only %d)", shown, bytes[2] & 7,
+				 FFX_VERSION);
 	const size_t sum_size = size <= SHORT_STREAM ? 2 : 4, end = size - sum_size;
 	uint32_t sum = 0;
 	for (size_t i = 0; i < sum_size; i++)
@@ -329,7 +343,8 @@ bool ffx_decode(struct ffx *ffx, const unsigned char *bytes, size_t size, const 
 	range_decode(&coder.range, bytes + start, end - start);
 	struct fault inner = {0};
 	const size_t label_limit = LABELS_FREE + LABELS_PER_BYTE * (end - start);
-	bool is_good = payload_decode(&coder, ffx, has_patches, label_limit < INDEX_LIMIT / 4 ? label_limit : INDEX_LIMIT / 4, &inner);
+	bool is_good =
+		payload_decode(&coder, ffx, has_patches, label_limit < INDEX_LIMIT / 4 ? label_limit : INDEX_LIMIT / 4, &inner);
 	if (is_good && coder.range.is_overrun)
 		is_good = fault_set(&inner, EX_BAD_INPUT, "the stream ends too early");
 	for (size_t i = start + coder.range.input_read; i < end && is_good; i++)
@@ -354,7 +369,10 @@ bool ffx_check(const unsigned char *bytes, size_t size, const char *shown, struc
 
 void ffx_to_cage(struct cage *cage, const struct ffx *ffx)
 {
-	*cage = (struct cage){.scheme = ffx->scheme, .vertex_count = ffx->vertex_count, .face_count = ffx->face_count, .sharp_count = ffx->sharp_count};
+	*cage = (struct cage){.scheme = ffx->scheme,
+			      .vertex_count = ffx->vertex_count,
+			      .face_count = ffx->face_count,
+			      .sharp_count = ffx->sharp_count};
 	cage->xyz = mem_array(3 * ffx->vertex_count, sizeof(double));
 	/* Sums in parts of a step are whole numbers below 2^53: each coordinate is rounded once. */
 	const int64_t parts = (int64_t)1 << ffx->frame.origin_bits;

@@ -32,7 +32,8 @@ static int compare_sides(const void *left, const void *right)
 	return a->half < b->half ? -1 : a->half > b->half;
 }
 
-static bool check_faces(const idx_t *corner, const size_t *face_start, size_t face_count, size_t vertex_count, struct fault *fault)
+static bool check_faces(const idx_t *corner, const size_t *face_start, size_t face_count, size_t vertex_count,
+			struct fault *fault)
 {
 	idx_t *seen = mem_array(vertex_count, sizeof *seen);
 	bool is_good = true;
@@ -69,11 +70,14 @@ static bool pair_sides(struct ffx_surface *surface, size_t corner_count, struct 
 			;
 		const idx_t h = side[i].half;
 		if (n > 2) {
-			is_good = fault_set(fault, EX_BAD_INPUT, "edge %" PRIidx " %" PRIidx " has %zu faces", side[i].low, side[i].high, n);
+			is_good = fault_set(fault, EX_BAD_INPUT, "edge %" PRIidx " %" PRIidx " has %zu faces", side[i].low,
+					    side[i].high, n);
 		} else if (n == 2) {
 			const idx_t t = side[i + 1].half;
 			if (surface->origin[h] == surface->origin[t])
-				is_good = fault_set(fault, EX_BAD_INPUT, "edge %" PRIidx " %" PRIidx ": its two faces are oriented against each other", side[i].low, side[i].high);
+				is_good = fault_set(fault, EX_BAD_INPUT,
+						    "edge %" PRIidx " %" PRIidx ": its two faces are oriented against each other",
+						    side[i].low, side[i].high);
 			surface->twin[h] = t;
 			surface->twin[t] = h;
 		} else {
@@ -144,7 +148,8 @@ static bool check_fans(struct ffx_surface *surface, struct fault *fault)
 	return is_good;
 }
 
-bool surface_build(struct ffx_surface *surface, const idx_t *corner, const size_t *face_start, size_t face_count, size_t vertex_count, struct fault *fault)
+bool surface_build(struct ffx_surface *surface, const idx_t *corner, const size_t *face_start, size_t face_count,
+		   size_t vertex_count, struct fault *fault)
 {
 	*surface = (struct ffx_surface){0};
 	const size_t corner_count = face_start[face_count];

@@ -104,7 +104,8 @@ uint32_t range_uniform(struct range *range, uint32_t count, uint32_t value)
 	assert(count > 0 && count <= 1u << 31 && (range->is_decoding || value < count));
 	if (count <= 1u << 16)
 		return code_uniform(range, count, value);
-	/* High and low half apart, so that no part is smaller than 2^8; a value that only noise can give is brought into range. */
+	/* High and low half apart, so that no part is smaller than 2^8; a value that only noise can give is brought into range.
+	 */
 	const uint32_t high = code_uniform(range, ((count - 1) >> 16) + 1, value >> 16);
 	const uint32_t both = high << 16 | code_uniform(range, 1u << 16, value & 0xffff);
 	return both < count ? both : count - 1;

@@ -18,14 +18,14 @@
 
 struct range {
 	bool is_decoding;
-	bool is_overrun;       /* decoding: more than RANGE_PADDING bytes were missing; what was decoded since is noise */
-	unsigned char *bytes;  /* encoding: what has been written; caller frees */
+	bool is_overrun;      /* decoding: more than RANGE_PADDING bytes were missing; what was decoded since is noise */
+	unsigned char *bytes; /* encoding: what has been written; caller frees */
 	size_t size, capacity;
 	const unsigned char *input; /* decoding */
 	size_t input_size, input_read;
-	uint64_t low;          /* encoding: lower end, below 2^32 between calls */
-	uint32_t range;        /* at least 2^24 between calls */
-	uint32_t code;         /* decoding: value relative to the lower end */
+	uint64_t low;   /* encoding: lower end, below 2^32 between calls */
+	uint32_t range; /* at least 2^24 between calls */
+	uint32_t code;  /* decoding: value relative to the lower end */
 };
 
 void range_encode(struct range *range);

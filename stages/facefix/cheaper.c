@@ -6,13 +6,13 @@
 
 #include "stages/facefix/gridfit.h"
 
-#define WORK_LIMIT 120000      /* edges coded in all trials together: about a second */
-#define FAR_LIMIT 1.3          /* steps: candidates further from their exact value are not tried */
-#define GAIN_LEAST (0.1 / 8)   /* bytes */
+#define WORK_LIMIT 120000    /* edges coded in all trials together: about a second */
+#define FAR_LIMIT 1.3        /* steps: candidates further from their exact value are not tried */
+#define GAIN_LEAST (0.1 / 8) /* bytes */
 
 struct candidate {
-	size_t coordinate;         /* index into ffx->grid */
-	double far;                /* distance of the other value from the exact one, steps */
+	size_t coordinate; /* index into ffx->grid */
+	double far;        /* distance of the other value from the exact one, steps */
 	int32_t other;
 };
 
@@ -31,7 +31,8 @@ static size_t find_candidates(struct candidate *candidate, const struct ffx *ffx
 	const int32_t steps = ffx_grid_steps(ffx->grid_code);
 	size_t count = 0;
 	for (size_t i = 0; i < 3 * ffx->vertex_count; i++) {
-		const double exact = cage->xyz[i] / ffx->frame.step - ldexp((double)ffx->frame.origin[i % 3], -(int)ffx->frame.origin_bits);
+		const double exact =
+			cage->xyz[i] / ffx->frame.step - ldexp((double)ffx->frame.origin[i % 3], -(int)ffx->frame.origin_bits);
 		for (int move = -1; move <= 1; move += 2) {
 			const int32_t other = ffx->grid[i] + move;
 			const double far = fabs(exact - other);
@@ -56,7 +57,8 @@ static bool cost_of(double *bytes, size_t *edges, const struct ffx *ffx, size_t 
 	return true;
 }
 
-bool cheaper_round(struct ffx *ffx, struct cheaper_report *report, const struct cage *cage, double tolerance, size_t root, struct fault *fault)
+bool cheaper_round(struct ffx *ffx, struct cheaper_report *report, const struct cage *cage, double tolerance, size_t root,
+		   struct fault *fault)
 {
 	*report = (struct cheaper_report){0};
 	size_t edges;

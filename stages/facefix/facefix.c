@@ -15,7 +15,7 @@
 
 struct options {
 	const char *in;
-	int bits;              /* 0: by tolerance */
+	int bits; /* 0: by tolerance */
 	int roots;
 	struct tool_length tolerance;
 	bool no_frame, groups, nearest;
@@ -23,7 +23,8 @@ struct options {
 };
 
 static const char usage[] =
-	"usage: facefix [-qv] [-o output] [--bits n | --tolerance length] [--groups] [--nearest] [--no-frame] [--roots n] [file]\n"
+	"usage: facefix [-qv] [-o output] [--bits n | --tolerance length] [--groups] [--nearest] [--no-frame] [--roots n] "
+	"[file]\n"
 	"  --bits n          grid of 2^n - 1 steps on the longest side, 3 to 16 (default: by tolerance)\n"
 	"  --tolerance l     coarsest grid that moves the surface by no more than this in the mean and 8 times this at\n"
 	"                    most: model units, or % of the longest side (default 0.03%)\n"
@@ -72,19 +73,21 @@ static void put_on_grid(struct ffx *ffx, const struct cage *cage, const struct o
 		code = choice.grid_code;
 		small = GRIDFIT_SMALL_TOLERANCES * tolerance;
 		if (choice.mean > tolerance || choice.max > 8 * tolerance)
-			tool_warn("%s: even the finest grid moves the surface by %g in the mean and %g at most", shown, choice.mean, choice.max);
+			tool_warn("%s: even the finest grid moves the surface by %g in the mean and %g at most", shown,
+				  choice.mean, choice.max);
 		tool_say("grid_mean=%.9g grid_max=%.9g grids_passed_by=%u", choice.mean, choice.max, choice.finer);
 	}
 	if (!gridfit_round(ffx, cage, code, opt->groups, &fault))
 		fail(shown, &fault);
 	const struct gridfit_damage damage = gridfit_check(cage, ffx, small);
 	if (damage.collapsed || damage.turned)
-		tool_warn("%s: %zu faces collapse and %zu corners turn on a grid of %d steps", shown, damage.collapsed, damage.turned, (int)ffx_grid_steps(code));
+		tool_warn("%s: %zu faces collapse and %zu corners turn on a grid of %d steps", shown, damage.collapsed,
+			  damage.turned, (int)ffx_grid_steps(code));
 	ffx->has_frame = !opt->no_frame;
 }
 
-static void pack(unsigned char **bytes, size_t *size, struct ffx_report *report, struct ffx *ffx, const struct cage *cage, const struct options *opt,
-                 const char *shown)
+static void pack(unsigned char **bytes, size_t *size, struct ffx_report *report, struct ffx *ffx, const struct cage *cage,
+		 const struct options *opt, const char *shown)
 {
 	struct fault fault = {0};
 	struct ffx_options options = {.root_limit = (size_t)opt->roots};
@@ -97,8 +100,8 @@ static void pack(unsigned char **bytes, size_t *size, struct ffx_report *report,
 	const double tolerance = tool_length_in_units(opt->tolerance, mesh_bounds(cage->xyz, cage->vertex_count, NULL, NULL));
 	if (!cheaper_round(ffx, &cheaper, cage, tolerance, report->root, &fault))
 		fail(shown, &fault);
-	tool_say("tried=%zu moved=%zu payload_before=%.1f payload_after=%.1f mean=%.9g max=%.9g", cheaper.tried, cheaper.moved, cheaper.bytes_before,
-		cheaper.bytes_after, cheaper.mean, cheaper.max);
+	tool_say("tried=%zu moved=%zu payload_before=%.1f payload_after=%.1f mean=%.9g max=%.9g", cheaper.tried, cheaper.moved,
+		 cheaper.bytes_before, cheaper.bytes_after, cheaper.mean, cheaper.max);
 	options.first_root = report->root;
 	if (!ffx_encode(bytes, size, report, ffx, &options, &fault))
 		fail(shown, &fault);
@@ -134,10 +137,11 @@ int main(int argc, char **argv)
 	fwrite(bytes, 1, size, output.file);
 	if (!output_commit(&output, &fault))
 		tool_fail(&fault);
-	tool_say("vertices=%zu edges=%zu faces=%zu sharp=%zu holes=%zu components=%zu handles=%zu steps=%d", report.vertex_count, report.edge_count,
-		report.face_count, ffx.sharp_count, report.hole_count, report.component_count, report.handle_count, (int)ffx_grid_steps(ffx.grid_code));
-	tool_say("bytes_c=%.1f bytes_g=%.1f bytes_f=%.1f bytes_header=%zu bytes_total=%zu", report.bytes_c, report.bytes_g, report.bytes_f,
-		report.bytes_header, report.bytes_total);
+	tool_say("vertices=%zu edges=%zu faces=%zu sharp=%zu holes=%zu components=%zu handles=%zu steps=%d", report.vertex_count,
+		 report.edge_count, report.face_count, ffx.sharp_count, report.hole_count, report.component_count,
+		 report.handle_count, (int)ffx_grid_steps(ffx.grid_code));
+	tool_say("bytes_c=%.1f bytes_g=%.1f bytes_f=%.1f bytes_header=%zu bytes_total=%zu", report.bytes_c, report.bytes_g,
+		 report.bytes_f, report.bytes_header, report.bytes_total);
 	free(bytes);
 	ffx_free(&ffx);
 	cage_free(&cage);

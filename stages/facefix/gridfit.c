@@ -23,11 +23,14 @@ bool gridfit_round(struct ffx *ffx, const struct cage *cage, unsigned grid_code,
 	ffx->grid_code = grid_code;
 	ffx->has_frame = true;
 	if (!ffx_frame_choose(&ffx->frame, low, side, steps))
-		return fault_set(fault, EX_BAD_INPUT, "a cage with sides of %g units at (%g %g %g) is beyond what a stream can hold", side, low[0], low[1], low[2]);
+		return fault_set(fault, EX_BAD_INPUT,
+				 "a cage with sides of %g units at (%g %g %g) is beyond what a stream can hold", side, low[0],
+				 low[1], low[2]);
 	ffx->vertex_count = cage->vertex_count;
 	ffx->grid = mem_array(3 * cage->vertex_count, sizeof *ffx->grid);
 	for (size_t i = 0; i < 3 * cage->vertex_count; i++) {
-		const double at = round(cage->xyz[i] / ffx->frame.step - ldexp((double)ffx->frame.origin[i % 3], -(int)ffx->frame.origin_bits));
+		const double at = round(cage->xyz[i] / ffx->frame.step -
+					ldexp((double)ffx->frame.origin[i % 3], -(int)ffx->frame.origin_bits));
 		ffx->grid[i] = (int32_t)fmin(fmax(at, 0), steps);
 	}
 	ffx->face_count = cage->face_count;
@@ -41,8 +44,8 @@ bool gridfit_round(struct ffx *ffx, const struct cage *cage, unsigned grid_code,
 	return true;
 }
 
-/* Four times the area vector of the sub-quad at corner i of a face of n corners: vertex, middle of the side after it, centre of the
- * face, middle of the side before it. */
+/* Four times the area vector of the sub-quad at corner i of a face of n corners: vertex, middle of the side after it, centre of
+ * the face, middle of the side before it. */
 static void subquad(double out[3], const double *xyz, const idx_t *corner, size_t n, size_t i, const double centre[3])
 {
 	const double *c = xyz + 3 * (size_t)corner[i];
@@ -85,7 +88,8 @@ static bool collapses(struct place *place, const struct cage *cage, const struct
 	}
 	qsort(place, n, sizeof *place, compare_places);
 	for (size_t i = 1; i < n; i++)
-		if (memcmp(place[i].at, place[i - 1].at, sizeof place[i].at) == 0 && distance3(place[i].before, place[i - 1].before) > 0)
+		if (memcmp(place[i].at, place[i - 1].at, sizeof place[i].at) == 0 &&
+		    distance3(place[i].before, place[i - 1].before) > 0)
 			return true;
 	return false;
 }
@@ -97,7 +101,8 @@ struct gridfit_damage gridfit_check(const struct cage *cage, const struct ffx *f
 	ffx_to_cage(&rounded, ffx);
 	size_t longest = 0;
 	for (size_t f = 0; f < cage->face_count; f++)
-		longest = cage->face_start[f + 1] - cage->face_start[f] > longest ? cage->face_start[f + 1] - cage->face_start[f] : longest;
+		longest = cage->face_start[f + 1] - cage->face_start[f] > longest ? cage->face_start[f + 1] - cage->face_start[f]
+										  : longest;
 	struct place *place = mem_array(longest, sizeof *place);
 	for (size_t f = 0; f < cage->face_count; f++) {
 		const idx_t *corner = cage->face_corner + cage->face_start[f];
@@ -128,7 +133,8 @@ static void measure(double *mean, double *max, const struct level *a, const stru
 		double normal[3] = {0};
 		for (size_t i = 2; i < n; i++) {
 			double part[3];
-			area_vector3(part, a->xyz + 3 * (size_t)corner[0], a->xyz + 3 * (size_t)corner[i - 1], a->xyz + 3 * (size_t)corner[i]);
+			area_vector3(part, a->xyz + 3 * (size_t)corner[0], a->xyz + 3 * (size_t)corner[i - 1],
+				     a->xyz + 3 * (size_t)corner[i]);
 			add_scaled3(normal, 0.5, part);
 		}
 		const double area = normalise3(normal);

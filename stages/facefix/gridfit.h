@@ -10,14 +10,15 @@
 #include "formats/ffx.h"
 #include "stages/geometry/subdivide.h"
 
-/* Fill *ffx with the cage on grid grid_code: frame, positions, faces, flags; patches when with_patches. The longest side gets as many
- * steps as the grid has and the lowest corner is its origin, both within 1e-6 of the longest side. Faults: a cage without extent or too far from the origin. */
+/* Fill *ffx with the cage on grid grid_code: frame, positions, faces, flags; patches when with_patches. The longest side gets as
+ * many steps as the grid has and the lowest corner is its origin, both within 1e-6 of the longest side. Faults: a cage without
+ * extent or too far from the origin. */
 bool gridfit_round(struct ffx *ffx, const struct cage *cage, unsigned grid_code, bool with_patches, struct fault *fault);
 
 /* What rounding broke. */
 struct gridfit_damage {
-	size_t collapsed;      /* faces with two vertices at one place that were apart before */
-	size_t turned;         /* corners whose sub-quad changed its orientation */
+	size_t collapsed; /* faces with two vertices at one place that were apart before */
+	size_t turned;    /* corners whose sub-quad changed its orientation */
 };
 /* Sub-quads with sides of less than small (model units) may turn: they are not seen at that tolerance. */
 struct gridfit_damage gridfit_check(const struct cage *cage, const struct ffx *ffx, double small);
@@ -28,13 +29,14 @@ struct gridfit_damage gridfit_check(const struct cage *cage, const struct ffx *f
 
 struct gridfit_choice {
 	unsigned grid_code;
-	double mean, max;      /* deviation of the refined surfaces along the normal, model units; 0 when not measured */
-	unsigned finer;        /* how many coarser grids were near enough but collapsed or turned something */
+	double mean, max; /* deviation of the refined surfaces along the normal, model units; 0 when not measured */
+	unsigned finer;   /* how many coarser grids were near enough but collapsed or turned something */
 };
 
 /* The coarsest grid on which the refined surface deviates by at most tolerance in the mean and 8 tolerance at most (model units),
- * and on which nothing collapses or turns (small: 4 tolerance). Refined to level 3, or less for cages so large that this gives more than 200,000 faces.
- * The finest grid is taken, with a warning left to the caller (choice->mean > tolerance), when none does. */
+ * and on which nothing collapses or turns (small: 4 tolerance). Refined to level 3, or less for cages so large that this gives
+ * more than 200,000 faces. The finest grid is taken, with a warning left to the caller (choice->mean > tolerance), when none
+ * does. */
 bool gridfit_choose(struct gridfit_choice *choice, const struct cage *cage, double tolerance, struct fault *fault);
 
 /* Measures how far roundings of one cage move its refined surface. */

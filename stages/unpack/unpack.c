@@ -71,7 +71,8 @@ static void write_mesh(const struct mesh *mesh, const char *extension, const str
 {
 	struct fault fault = {0};
 	struct output output;
-	if (!output_open(&output, common->output, &fault) || !export_mesh(output.file, extension, mesh, common->binary, &fault) || !output_commit(&output, &fault))
+	if (!output_open(&output, common->output, &fault) || !export_mesh(output.file, extension, mesh, common->binary, &fault) ||
+	    !output_commit(&output, &fault))
 		tool_fail(&fault);
 }
 
@@ -84,7 +85,8 @@ static struct mesh refine(struct level *level, const struct cage *cage, int step
 		tool_die(fault.code, "%s: %s", shown, fault.text);
 	size_t faces = cage->face_count;
 	if (steps > 0) {
-		faces = cage->face_start[cage->face_count]; /* every corner gives a face, triangles one more, and each of them four */
+		faces = cage->face_start[cage->face_count]; /* every corner gives a face, triangles one more, and each of them
+							       four */
 		for (int i = 1; i < steps && faces <= FACE_LIMIT; i++)
 			faces *= 4;
 	}
@@ -111,7 +113,8 @@ int main(int argc, char **argv)
 			fault.code = EX_NO;
 		tool_fail(&fault);
 	}
-	tool_say("vertices=%zu faces=%zu sharp=%zu steps=%d bytes=%zu", ffx.vertex_count, ffx.face_count, ffx.sharp_count, (int)ffx_grid_steps(ffx.grid_code), input.size);
+	tool_say("vertices=%zu faces=%zu sharp=%zu steps=%d bytes=%zu", ffx.vertex_count, ffx.face_count, ffx.sharp_count,
+		 (int)ffx_grid_steps(ffx.grid_code), input.size);
 	if (opt.check)
 		return EX_DONE;
 	struct cage cage;

@@ -1,4 +1,5 @@
-/* libFuzzer target of the FFX decoder and of refining what it gives. The checksum is mended first, so that damage gets past it. */
+/* libFuzzer target of the FFX decoder and of refining what it gives. The checksum is mended first, so that damage gets past it.
+ */
 #include <stddef.h>
 #include <stdint.h>
 #include <stdlib.h>

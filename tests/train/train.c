@@ -3,23 +3,22 @@
  *	make build/train
  *	build/train [--all] [cage.ply ...] > build/ffx_tables.c && mv build/ffx_tables.c formats/ffx_tables.c
  *
- * The corpus: cages made by code (tests/fixtures/samplecages.h) and the cages given, each counted several times, on several grids and from several
- * start edges. Only counts, histograms and mixing weights of all of them together end up in the tables.
+ * The corpus: cages made by code (tests/fixtures/samplecages.h) and the cages given, each counted several times, on several grids
+ *and from several start edges. Only counts, histograms and mixing weights of all of them together end up in the tables.
  *
  * 1. Counts of every context and residual class over the corpus, scaled down so that a stream's own statistics can take over.
  * 2. Mixing weights, learned over several passes on one half of the corpus with counts from the other half, and the other way
  *    round: weights learned on the counts' own cages would trust them too much.
  * 3. All counts together with the weights of both halves.
- * On stderr: bits a vertex on a third set that nothing is learned from, before and after; with --all its counts are used too, once
- * everything is settled. New tables are a new stream version
- * (FFX_VERSION) once streams have been given away. */
+ * On stderr: bits a vertex on a third set that nothing is learned from, before and after; with --all its counts are used too,
+ *once everything is settled. New tables are a new stream version (FFX_VERSION) once streams have been given away. */
 #include <stdio.h>
 
 #include "formats/ffx_payload.h"
 #include "tests/fixtures/samplecages.h"
 
 #define MADE_CAGES 900
-#define COUNT_CAP 20        /* observations that a context starts with at most */
+#define COUNT_CAP 20 /* observations that a context starts with at most */
 #define HISTOGRAM_CAP 16
 #define PASSES 4
 #define GIVEN_TIMES 4
@@ -27,7 +26,7 @@
 struct item {
 	struct ffx ffx;
 	struct payload payload;
-	unsigned set;            /* 0, 1: training halves; 2: test */
+	unsigned set; /* 0, 1: training halves; 2: test */
 	bool is_given;
 };
 
@@ -51,7 +50,11 @@ static void put_on_grid(struct ffx *ffx, const struct cage *cage, unsigned code)
 			if (pass == 1)
 				side = fmax(side, cage->xyz[i] - low[i % 3]);
 		}
-	*ffx = (struct ffx){.scheme = cage->scheme, .grid_code = code, .vertex_count = cage->vertex_count, .face_count = cage->face_count, .sharp_count = cage->sharp_count};
+	*ffx = (struct ffx){.scheme = cage->scheme,
+			    .grid_code = code,
+			    .vertex_count = cage->vertex_count,
+			    .face_count = cage->face_count,
+			    .sharp_count = cage->sharp_count};
 	ffx->grid = mem_array(3 * cage->vertex_count, sizeof(int32_t));
 	for (size_t i = 0; i < 3 * cage->vertex_count; i++)
 		ffx->grid[i] = (int32_t)round((cage->xyz[i] - low[i % 3]) / side * ffx_grid_steps(code));
@@ -92,11 +95,25 @@ static void make_cages(void)
 		sample_seed((uint64_t)i + 1);
 		struct cage cage;
 		switch (sample_random(8)) {
-		case 0: case 1: cage = sample_random_turned(); break;
-		case 2: cage = sample_blocks(2 + (int)sample_random(3), 2 + (int)sample_random(2), 1 + (int)sample_random(2), 0.6); break;
-		case 3: case 4: cage = sample_plate(1 + (int)sample_random(3), 1 + (int)sample_random(3), sample_real(0.1, 0.5), 0.4); break;
-		case 5: case 6: cage = sample_extruded(); break;
-		default: cage = sample_torus(3 + (int)sample_random(6), 3 + (int)sample_random(4)); break;
+		case 0:
+		case 1:
+			cage = sample_random_turned();
+			break;
+		case 2:
+			cage = sample_blocks(2 + (int)sample_random(3), 2 + (int)sample_random(2), 1 + (int)sample_random(2),
+					     0.6);
+			break;
+		case 3:
+		case 4:
+			cage = sample_plate(1 + (int)sample_random(3), 1 + (int)sample_random(3), sample_real(0.1, 0.5), 0.4);
+			break;
+		case 5:
+		case 6:
+			cage = sample_extruded();
+			break;
+		default:
+			cage = sample_torus(3 + (int)sample_random(6), 3 + (int)sample_random(4));
+			break;
 		}
 		if (cage.face_count == 0) {
 			cage_free(&cage);
@@ -123,13 +140,15 @@ static void read_cages(int argc, char **argv)
 		struct input input;
 		struct ply ply;
 		struct cage cage = {0};
-		if (!input_read(&input, argv[i], &fault) || !ply_read(&ply, &input, &fault) || !cage_from_ply(&cage, &ply, argv[i], &fault)) {
+		if (!input_read(&input, argv[i], &fault) || !ply_read(&ply, &input, &fault) ||
+		    !cage_from_ply(&cage, &ply, argv[i], &fault)) {
 			fprintf(stderr, "train: %s\n", fault.text);
 			continue;
 		}
 		sample_seed((uint64_t)i);
 		for (int k = 0; k < GIVEN_TIMES; k++)
-			add_cage(&cage, (unsigned)i / 3 % 3, random_code(), true); /* variants of a part follow each other: keep them together */
+			add_cage(&cage, (unsigned)i / 3 % 3, random_code(),
+				 true); /* variants of a part follow each other: keep them together */
 	}
 }
 
@@ -183,7 +202,8 @@ static void make_tables(struct tables *tables, const struct ffx_training *traini
 			if (scale_class > 0)
 				n[k] += 0.1 * (double)training->histogram[h - 1][k < 3 ? k : k - 2] / 3;
 			if (scale_class + 1 < SCALE_CLASSES)
-				n[k] += 0.1 * (double)training->histogram[h + 1][k + 2 < HISTOGRAM_CLASSES && k > 0 ? k + 2 : k] / 3;
+				n[k] += 0.1 * (double)training->histogram[h + 1][k + 2 < HISTOGRAM_CLASSES && k > 0 ? k + 2 : k] /
+					3;
 			sum += n[k];
 		}
 		const double scale = sum > HISTOGRAM_CAP ? HISTOGRAM_CAP / sum : 1;
@@ -207,7 +227,8 @@ static double learn_weights(int32_t *weight, const struct tables *tables, unsign
 	scratch->weight_shift = shift;
 	double bits = 0;
 	for (size_t n = 0; n < item_count; n++) {
-		const size_t i = (n * 7919 + pass * 104729) % item_count; /* mixed up, so that kinds of cages do not come in blocks */
+		const size_t i =
+			(n * 7919 + pass * 104729) % item_count; /* mixed up, so that kinds of cages do not come in blocks */
 		if (!(sets >> item[i].set & 1))
 			continue;
 		model_load(model, tables->count, tables->weight, tables->histogram);
@@ -239,15 +260,17 @@ static void evaluate(const struct tables *tables, const char *name)
 			raw += 3 * log2(ffx_grid_steps(item[i].ffx.grid_code) + 1) * (double)item[i].ffx.vertex_count;
 		}
 		if (vertices > 0)
-			fprintf(stderr, "train: %s %s: bits a vertex: C %.2f G %.2f (of %.1f) F %.2f, together %.2f\n", name, given ? "given" : "made", c / vertices,
-				g / vertices, raw / vertices, f / vertices, (c + g + f) / vertices);
+			fprintf(stderr, "train: %s %s: bits a vertex: C %.2f G %.2f (of %.1f) F %.2f, together %.2f\n", name,
+				given ? "given" : "made", c / vertices, g / vertices, raw / vertices, f / vertices,
+				(c + g + f) / vertices);
 	}
 	free(model);
 }
 
 /* --- output -------------------------------------------------------------------------------------------------------- */
 
-static void print_array(const char *declaration, size_t count, long (*value)(const struct tables *, size_t), const struct tables *tables)
+static void print_array(const char *declaration, size_t count, long (*value)(const struct tables *, size_t),
+			const struct tables *tables)
 {
 	printf("\nconst %s = {", declaration);
 	int column = 200;
@@ -313,9 +336,11 @@ int main(int argc, char **argv)
 		tables->weight[i] = (short)(value > 32767 ? 32767 : value < -32768 ? -32768 : value);
 	}
 	evaluate(tables, "trained");
-	printf("/* Initial counts, weights and histograms of FFX, written by tests/train/train.c. Do not edit. */\n#include \"formats/ffx_model.h\"\n");
+	printf("/* Initial counts, weights and histograms of FFX, written by tests/train/train.c. Do not edit. */\n#include "
+	       "\"formats/ffx_model.h\"\n");
 	print_array("unsigned char ffx_table_count[2 * FFX_CONTEXTS]", 2 * FFX_CONTEXTS, count_value, tables);
 	print_array("short ffx_table_weight[FFX_WEIGHTS]", FFX_WEIGHTS, weight_value, tables);
-	print_array("unsigned short ffx_table_histogram[FFX_HISTOGRAMS * HISTOGRAM_CLASSES]", FFX_HISTOGRAMS * HISTOGRAM_CLASSES, histogram_value, tables);
+	print_array("unsigned short ffx_table_histogram[FFX_HISTOGRAMS * HISTOGRAM_CLASSES]", FFX_HISTOGRAMS * HISTOGRAM_CLASSES,
+		    histogram_value, tables);
 	return 0;
 }

@@ -12,9 +12,16 @@
 /* Borrowed arrays of the cage, and a grid of its own: put vertex v at a place that no other vertex has. */
 static inline struct ffx ffx_of(const struct cage *cage, unsigned code)
 {
-	return (struct ffx){.scheme = cage->scheme, .grid_code = code, .vertex_count = cage->vertex_count, .grid = mem_array(3 * cage->vertex_count, sizeof(int32_t)),
-		.face_corner = cage->face_corner, .face_start = cage->face_start, .face_count = cage->face_count, .sharp = cage->sharp,
-		.sharp_count = cage->sharp_count, .corner = cage->corner};
+	return (struct ffx){.scheme = cage->scheme,
+			    .grid_code = code,
+			    .vertex_count = cage->vertex_count,
+			    .grid = mem_array(3 * cage->vertex_count, sizeof(int32_t)),
+			    .face_corner = cage->face_corner,
+			    .face_start = cage->face_start,
+			    .face_count = cage->face_count,
+			    .sharp = cage->sharp,
+			    .sharp_count = cage->sharp_count,
+			    .corner = cage->corner};
 }
 
 /* Distinct random places for up to 6400 vertices; v's own number is in the first two coordinates. */
@@ -62,7 +69,8 @@ static inline idx_t *place_ranks(const struct ffx *ffx)
 	qsort(sorted, ffx->vertex_count, 3 * sizeof(int32_t), compare_triples);
 	idx_t *rank = mem_array(ffx->vertex_count, sizeof *rank);
 	for (size_t v = 0; v < ffx->vertex_count; v++) {
-		const int32_t *found = bsearch(ffx->grid + 3 * v, sorted, ffx->vertex_count, 3 * sizeof(int32_t), compare_triples);
+		const int32_t *found =
+			bsearch(ffx->grid + 3 * v, sorted, ffx->vertex_count, 3 * sizeof(int32_t), compare_triples);
 		rank[v] = (idx_t)((found - sorted) / 3);
 	}
 	free(sorted);
@@ -107,7 +115,8 @@ static inline unsigned char *meaningful_corners(const struct ffx *ffx)
 	size_t *crease = mem_array(ffx->vertex_count, sizeof *crease);
 	for (size_t f = 0, h = 0; f < ffx->face_count; f++)
 		for (; h < ffx->face_start[f + 1]; h++) {
-			const idx_t a = ffx->face_corner[h], b = ffx->face_corner[h + 1 < ffx->face_start[f + 1] ? h + 1 : ffx->face_start[f]];
+			const idx_t a = ffx->face_corner[h],
+				    b = ffx->face_corner[h + 1 < ffx->face_start[f + 1] ? h + 1 : ffx->face_start[f]];
 			edge[3 * h] = a < b ? a : b, edge[3 * h + 1] = a < b ? b : a;
 		}
 	qsort(edge, corners, 12, compare_bytes_12);
@@ -184,17 +193,30 @@ static inline void seal(unsigned char *bytes, size_t size)
 		bytes[size - sum_size + i] = (unsigned char)(crc >> 8 * i);
 }
 
-/* One of all kinds of meshes; false for an empty one. Some touch themselves along an edge or at a vertex: the encoder refuses those. */
+/* One of all kinds of meshes; false for an empty one. Some touch themselves along an edge or at a vertex: the encoder refuses
+ * those. */
 static inline bool any_random_mesh(struct cage *cage, uint64_t seed)
 {
 	sample_seed(seed);
 	switch (sample_random(6)) {
-	case 0: *cage = sample_torus(3 + (int)sample_random(5), 3 + (int)sample_random(5)); break;
-	case 1: *cage = sample_plate(1 + (int)sample_random(3), 1 + (int)sample_random(2), 0.3, 0.5); break;
-	case 2: *cage = sample_blocks(1 + (int)sample_random(3), 1 + (int)sample_random(3), 1 + (int)sample_random(2), 0.7); break;
-	case 3: *cage = sample_random_turned(); break;
-	case 4: *cage = sample_extruded(); break;
-	default: *cage = sample_blocks(2 + (int)sample_random(2), 2 + (int)sample_random(2), 2, 0.85); break;
+	case 0:
+		*cage = sample_torus(3 + (int)sample_random(5), 3 + (int)sample_random(5));
+		break;
+	case 1:
+		*cage = sample_plate(1 + (int)sample_random(3), 1 + (int)sample_random(2), 0.3, 0.5);
+		break;
+	case 2:
+		*cage = sample_blocks(1 + (int)sample_random(3), 1 + (int)sample_random(3), 1 + (int)sample_random(2), 0.7);
+		break;
+	case 3:
+		*cage = sample_random_turned();
+		break;
+	case 4:
+		*cage = sample_extruded();
+		break;
+	default:
+		*cage = sample_blocks(2 + (int)sample_random(2), 2 + (int)sample_random(2), 2, 0.85);
+		break;
 	}
 	if (cage->face_count == 0) {
 		cage_free(cage);

@@ -8,7 +8,9 @@ static uint64_t mesh_count = 1000;
 /* Genus from the encoder's own count of vertices, edges, faces, holes and components: V - E + F + H = 2 C - 2 G. */
 static long genus_of(const struct ffx_report *r)
 {
-	return (2 * (long)r->component_count - (long)r->vertex_count + (long)r->edge_count - (long)r->face_count - (long)r->hole_count) / 2;
+	return (2 * (long)r->component_count - (long)r->vertex_count + (long)r->edge_count - (long)r->face_count -
+		(long)r->hole_count) /
+	       2;
 }
 
 static void assert_counts(const struct ffx_report *report)
@@ -57,7 +59,8 @@ static void test_random_meshes(void **state)
 		cage_free(&cage);
 	}
 	/* The sample is what it promises to be. */
-	assert_true(coded > mesh_count / 2 && with_handles > mesh_count / 20 && with_holes > mesh_count / 20 && with_pieces > mesh_count / 40);
+	assert_true(coded > mesh_count / 2 && with_handles > mesh_count / 20 && with_holes > mesh_count / 20 &&
+		    with_pieces > mesh_count / 40);
 	assert_true(most_handles >= 3);
 }
 
@@ -79,7 +82,8 @@ static void test_every_root(void **state)
 	cage_free(&cage);
 }
 
-static void assert_mesh(struct cage *cage, size_t vertices, size_t edges, size_t faces, size_t holes, size_t handles, size_t components)
+static void assert_mesh(struct cage *cage, size_t vertices, size_t edges, size_t faces, size_t holes, size_t handles,
+			size_t components)
 {
 	struct ffx ffx = ffx_scattered(cage);
 	size_t size;

@@ -75,7 +75,8 @@ static void test_roots_and_repeats(void **state)
 	struct ffx ffx = ffx_rounded(&cage, 90);
 	size_t one, many, again;
 	struct ffx_report report;
-	unsigned char *a = round_trip(&ffx, &one, &report, 1), *b = round_trip(&ffx, &many, &report, 0), *c = round_trip(&ffx, &again, &report, 0);
+	unsigned char *a = round_trip(&ffx, &one, &report, 1), *b = round_trip(&ffx, &many, &report, 0),
+		      *c = round_trip(&ffx, &again, &report, 0);
 	assert_true(many <= one);
 	assert_int_equal(many, again);
 	assert_memory_equal(b, c, many);
@@ -163,7 +164,8 @@ static void test_patches(void **state)
 static void test_frame(void **state)
 {
 	(void)state;
-	const double place[][4] = {{0, 0, 0, 1}, {-25, -25, 0, 50}, {12.345678, -987.654321, 0.001, 3.3}, {1e6, -2e6, 3e6, 1}, {1e-9, 0, -1e-9, 1e-8}, {-1e30, 1e30, 0, 1e31}};
+	const double place[][4] = {{0, 0, 0, 1},        {-25, -25, 0, 50},      {12.345678, -987.654321, 0.001, 3.3},
+				   {1e6, -2e6, 3e6, 1}, {1e-9, 0, -1e-9, 1e-8}, {-1e30, 1e30, 0, 1e31}};
 	struct cage cube = box();
 	for (size_t i = 0; i < sizeof place / sizeof *place; i++) {
 		for (unsigned code = 20; code < FFX_GRID_CODES; code += 37) {
@@ -176,7 +178,8 @@ static void test_frame(void **state)
 			size_t size;
 			struct ffx_report report;
 			unsigned char *bytes = round_trip(&ffx, &size, &report, 1);
-			assert_true(report.bytes_header <= (i < 3 ? 26 : 32)); /* the others are unusually far away for their size */
+			assert_true(report.bytes_header <=
+				    (i < 3 ? 26 : 32)); /* the others are unusually far away for their size */
 			struct fault fault = {0};
 			assert_true(ffx_decode(&out, bytes, size, "t.ffx", &fault));
 			struct cage back;
@@ -304,8 +307,13 @@ static void test_refused_streams(void **state)
 		unsigned char flip;
 		const char *message;
 	} change[] = {
-		{0, 1, "not an FFX stream"}, {1, 4, "not an FFX stream"}, {2, 2, "FFX version 3 is not known here"}, {2, 24, "unknown subdivision scheme 3"},
-		{2, 32, "unknown coding method 1"}, {3, 128, "there is no grid 228"}, {4, 0, "frame is damaged"},
+		{0, 1, "not an FFX stream"},
+		{1, 4, "not an FFX stream"},
+		{2, 2, "FFX version 3 is not known here"},
+		{2, 24, "unknown subdivision scheme 3"},
+		{2, 32, "unknown coding method 1"},
+		{3, 128, "there is no grid 228"},
+		{4, 0, "frame is damaged"},
 	};
 	for (size_t i = 0; i < sizeof change / sizeof *change; i++) {
 		memcpy(bytes, good, size);
@@ -342,7 +350,8 @@ static void test_long_and_regular(void **state)
 		sample_vertex(&flat, i % n, i / n, 0);
 	for (int i = 0; i + 1 < n; i++)
 		for (int j = 0; j + 1 < n; j++)
-			sample_quad(&flat, (idx_t)(j * n + i), (idx_t)(j * n + i + 1), (idx_t)(j * n + i + n + 1), (idx_t)(j * n + i + n));
+			sample_quad(&flat, (idx_t)(j * n + i), (idx_t)(j * n + i + 1), (idx_t)(j * n + i + n + 1),
+				    (idx_t)(j * n + i + n));
 	struct ffx ffx = ffx_rounded(&flat, ffx_grid_code(63));
 	size_t size;
 	struct ffx_report report;
@@ -358,7 +367,8 @@ static void test_long_and_regular(void **state)
 	cage_free(&flat);
 }
 
-/* Every file under tests/formats/ffx: passed ones decode and encode again, failed ones are refused. Run from the root of the tree. */
+/* Every file under tests/formats/ffx: passed ones decode and encode again, failed ones are refused. Run from the root of the
+ * tree. */
 static void test_files(void **state)
 {
 	(void)state;

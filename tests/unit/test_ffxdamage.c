@@ -40,9 +40,16 @@ static size_t damage(unsigned char *bytes, size_t size, const unsigned char *oth
 	for (uint32_t changes = 1 + sample_random(3); changes > 0 && size > 6; changes--) {
 		const size_t at = sample_random((uint32_t)size);
 		switch (sample_random(6)) {
-		case 0: case 1: bytes[at] ^= (unsigned char)(1 << sample_random(8)); break;
-		case 2: bytes[at] = (unsigned char)sample_random(256); break;
-		case 3: size -= sample_random((uint32_t)(size / 2)); break;
+		case 0:
+		case 1:
+			bytes[at] ^= (unsigned char)(1 << sample_random(8));
+			break;
+		case 2:
+			bytes[at] = (unsigned char)sample_random(256);
+			break;
+		case 3:
+			size -= sample_random((uint32_t)(size / 2));
+			break;
 		case 4: /* a piece put in again */ {
 			const size_t length = 1 + sample_random(16);
 			if (at + length < size && size + length < 2 * SIZE_LIMIT) {

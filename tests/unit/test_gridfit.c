@@ -39,7 +39,8 @@ static void test_rounding(void **state)
 	cage_free(&cage);
 }
 
-/* The chosen grid keeps the tolerance, measured here vertex by vertex with plain distances, and a tenfold tolerance gives a coarser one. */
+/* The chosen grid keeps the tolerance, measured here vertex by vertex with plain distances, and a tenfold tolerance gives a
+ * coarser one. */
 static void test_choice(void **state)
 {
 	(void)state;
@@ -65,7 +66,8 @@ static void test_choice(void **state)
 		double mean = 0;
 		for (size_t v = 0; v < fine_a.vertex_count; v++)
 			mean += distance3(fine_a.xyz + 3 * v, fine_b.xyz + 3 * v) / (double)fine_a.vertex_count;
-		/* The distance of corresponding points is at most about sqrt(3) times that along the normal here, where errors go all ways. */
+		/* The distance of corresponding points is at most about sqrt(3) times that along the normal here, where errors go
+		 * all ways. */
 		assert_true(mean <= 2.5 * tolerance);
 		level_free(&fine_a);
 		level_free(&fine_b);
@@ -77,7 +79,8 @@ static void test_choice(void **state)
 	cage_free(&cage);
 }
 
-/* A plate whose coordinates are off their planes by about half a step: cheaper rounding finds planes again, within the tolerance measured anew, 1.3 steps of each exact value, and without new collapses. */
+/* A plate whose coordinates are off their planes by about half a step: cheaper rounding finds planes again, within the tolerance
+ * measured anew, 1.3 steps of each exact value, and without new collapses. */
 static void test_cheaper(void **state)
 {
 	(void)state;
@@ -125,7 +128,8 @@ static void test_collapse(void **state)
 {
 	(void)state;
 	struct cage cage = {0};
-	const double at[10][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}, {1, 0.999, 0}, {1, 0.999, 1}};
+	const double at[10][3] = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0},     {0, 0, 1},
+				  {1, 0, 1}, {1, 1, 1}, {0, 1, 1}, {1, 0.999, 0}, {1, 0.999, 1}};
 	for (int i = 0; i < 10; i++)
 		sample_vertex(&cage, at[i][0], at[i][1], at[i][2]);
 	sample_face(&cage, (idx_t[]){3, 2, 8, 1, 0}, 5);
@@ -191,8 +195,12 @@ static void test_unpacked_levels(void **state)
 	assert_int_equal(base.vertex_count, cage.vertex_count);
 	assert_memory_equal(base.xyz, back.xyz, 3 * base.vertex_count * sizeof(double));
 	level_refine(&fine, &base, back.scheme, 2);
-	struct ffx closed = {.grid_code = 0, .vertex_count = fine.vertex_count, .grid = mem_array(3 * fine.vertex_count, sizeof(int32_t)),
-		.face_corner = fine.face_corner, .face_start = fine.face_start, .face_count = fine.face_count};
+	struct ffx closed = {.grid_code = 0,
+			     .vertex_count = fine.vertex_count,
+			     .grid = mem_array(3 * fine.vertex_count, sizeof(int32_t)),
+			     .face_corner = fine.face_corner,
+			     .face_start = fine.face_start,
+			     .face_count = fine.face_count};
 	unsigned char *again;
 	assert_true(ffx_encode(&again, &size, &report, &closed, &(struct ffx_options){.root_limit = 1}, &fault));
 	assert_int_equal(report.hole_count, 0);
@@ -211,12 +219,8 @@ static void test_unpacked_levels(void **state)
 int main(void)
 {
 	const struct CMUnitTest tests[] = {
-		cmocka_unit_test(test_rounding),
-		cmocka_unit_test(test_choice),
-		cmocka_unit_test(test_cheaper),
-		cmocka_unit_test(test_collapse),
-		cmocka_unit_test(test_refusals),
-		cmocka_unit_test(test_unpacked_levels),
+		cmocka_unit_test(test_rounding), cmocka_unit_test(test_choice),   cmocka_unit_test(test_cheaper),
+		cmocka_unit_test(test_collapse), cmocka_unit_test(test_refusals), cmocka_unit_test(test_unpacked_levels),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }

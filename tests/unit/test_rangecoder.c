@@ -8,9 +8,12 @@ static uint32_t random_probability(void)
 {
 	/* often extreme: carries and renormalisation at their limits */
 	switch (sample_random(4)) {
-	case 0: return 1 + sample_random(3);
-	case 1: return RANGE_ONE - 1 - sample_random(3);
-	default: return 1 + sample_random(RANGE_ONE - 1);
+	case 0:
+		return 1 + sample_random(3);
+	case 1:
+		return RANGE_ONE - 1 - sample_random(3);
+	default:
+		return 1 + sample_random(RANGE_ONE - 1);
 	}
 }
 
