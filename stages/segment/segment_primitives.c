@@ -17,6 +17,7 @@ static const double level_gain[PRIMITIVES_LEVELS] = {1, 0.8, 0.65, 0.5};
 #define ANGLE_TOLERANCE 0.05   /* radians: 3 degrees */
 #define COST_FREE_REGION 3.0   /* in patches of an analytic surface */
 #define COST_FREE_AREA 60.0    /* the same for a whole mesh without explanation */
+#define COST_FREE_PART 100.0   /* more than that for one part that is met only roughly: it is none of surfaces */
 #define LOOSE 0.3              /* root mean square distance over the tolerance */
 #define GENTLE_MEAN 0.7        /* length of the mean normal */
 #define LOSS_MOST 0.02         /* share of a part that a wider tolerance may explain less */
@@ -135,7 +136,7 @@ static void whole_free_parts(struct regions *r, double *cost, const unsigned cha
 		const bool is_rough = distance[level[p]] > NOISY_DISTANCE;
 		const bool is_loose = square[p] > LOOSE * LOOSE * area[p], is_gentle = norm3(normal + 3 * p) > GENTLE_MEAN * area[p];
 		const bool is_free = is_rough && ((is_loose && is_gentle && cost[p] > COST_FREE_REGION + 1) ||
-		                                  ((is_loose || left[p] > FREE_SHARE * area[p]) && cost[p] > COST_FREE_REGION + COST_FREE_AREA));
+		                                  ((is_loose || left[p] > FREE_SHARE * area[p]) && cost[p] > COST_FREE_PART));
 		fresh[p] = is_free ? regions_add(r, &none) : NO_INDEX;
 	}
 	for (size_t t = 0; t < f->triangle_count; t++)
