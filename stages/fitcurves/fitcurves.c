@@ -120,9 +120,10 @@ int main(int argc, char **argv)
 			  report.worst);
 	tool_say("%s: %zu curves (%zu closed, %zu straight), %zu nodes, %zu control points", shown, report.curves, report.closed,
 		 report.straight, report.nodes, report.points);
-	tool_say("%s: %zu curves harmonised, %zu contracted, %zu relaxed, %zu smoothed, %zu points added, %zu interior sharp "
+	tool_say("%s: %zu curves harmonised, %zu contracted, %zu relaxed, %zu smoothed, %zu points added for the rules, %zu "
+		 "against crossings, %zu interior sharp "
 		 "edges left out",
-		 shown, report.harmonised, report.contracted, report.relaxed, report.smoothed, report.split,
+		 shown, report.harmonised, report.contracted, report.relaxed, report.smoothed, report.split, report.uncrossed,
 		 border.dart_edge_count);
 	tool_say("%s: largest error %g (%.4f%% of the longest side)", shown, report.error,
 		 side > 0 ? 100 * report.error / side : 0);

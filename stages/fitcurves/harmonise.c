@@ -16,6 +16,11 @@
 #define MOST_RAISE 2
 /* A copied fit may be this much worse than allowed before the knots are spread anew. */
 #define COPY_RATIO 1.0
+/* Planes take polygons of any size, so their borders may differ, unless these run so close that the control polygons of one
+ * would cut the other's: rings whose loops differ by less than this in length, strips narrower than this share of theirs. A
+ * circle of 4 points has them at 1.5 radii. */
+#define RING_RATIO 0.8
+#define STRIP_RATIO 0.25
 
 static void centre_and_radius(double centre[3], double *radius, const double *place)
 {
@@ -92,9 +97,26 @@ static bool is_cheap(const struct curvefit *fit, size_t a, size_t b)
 	return high <= MOST_RAISE * low;
 }
 
+static double loop_length(const struct polyline *line, const struct side *side, size_t count)
+{
+	double length = 0;
+	for (size_t i = 0; i < count; i++)
+		length += line[side[i].chain].length;
+	return length;
+}
+
+/* Do two opposite curves run close to each other for their length? */
+static bool is_strip(const struct polyline *a, const struct polyline *b)
+{
+	double p[3], q[3];
+	polyline_at(p, a, a->length / 2);
+	polyline_at(q, b, b->length / 2);
+	return distance3(p, q) < STRIP_RATIO * fmax(a->length, b->length);
+}
+
 /* Opposite curves of one patch: two closed loops; two loops of equally many curves; four curves around. */
 static void relate_patch(struct relations *relations, const struct curvefit *fit, const struct polyline *line,
-			 const struct patchloops *loops, size_t patch)
+			 const struct patchloops *loops, size_t patch, bool is_plane)
 {
 	const size_t first = loops->first_loop[patch], count = loops->first_loop[patch + 1] - first;
 	for (size_t l = first; l < first + count; l++)
@@ -106,7 +128,8 @@ static void relate_patch(struct relations *relations, const struct curvefit *fit
 	const size_t n = loops->first_side[first + 1] - loops->first_side[first];
 	if (count == 1) {
 		for (size_t i = 0; n == 4 && i < 2; i++)
-			if (!line[s[i].chain].closed && is_cheap(fit, (size_t)s[i].chain, (size_t)s[i + 2].chain))
+			if (!line[s[i].chain].closed && is_cheap(fit, (size_t)s[i].chain, (size_t)s[i + 2].chain) &&
+			    (!is_plane || is_strip(line + s[i].chain, line + s[i + 2].chain)))
 				relate(relations, fit, line, (size_t)s[i].chain, (size_t)s[i + 2].chain,
 				       s[i].reversed != s[i + 2].reversed);
 		return;
@@ -114,6 +137,9 @@ static void relate_patch(struct relations *relations, const struct curvefit *fit
 	const struct side *t = loops->side + loops->first_side[first + 1];
 	const size_t m = loops->first_side[first + 2] - loops->first_side[first + 1];
 	if (n != m)
+		return;
+	const double a_length = loop_length(line, s, n), b_length = loop_length(line, t, m);
+	if (is_plane && fmin(a_length, b_length) < RING_RATIO * fmax(a_length, b_length))
 		return;
 	if (line[s[0].chain].closed && line[t[0].chain].closed) {
 		if (!(line[s[0].chain].length > 0) || !(line[t[0].chain].length > 0))
@@ -201,13 +227,13 @@ static size_t find_root(size_t *parent, size_t i)
 }
 
 size_t harmonise(struct curvefit *fit, const struct polyline *line, const struct curvefit_options *options,
-		 const struct border_network *border, const struct patchloops *loops, const struct dense_patch *patch)
+		 const struct border_network *border, const struct patchloops *loops, const struct dense_patch *patch,
+		 size_t *class_size)
 {
 	const size_t n = border->chain_count;
 	struct relations relations = {0};
 	for (size_t p = 0; p < loops->patch_count; p++)
-		if (!patch || patch[p].kind != PATCH_PLANE)
-			relate_patch(&relations, fit, line, loops, p);
+		relate_patch(&relations, fit, line, loops, p, patch && patch[p].kind == PATCH_PLANE);
 	size_t *parent = mem_array(n, sizeof *parent), *model = mem_array(n, sizeof *model);
 	for (size_t c = 0; c < n; c++)
 		parent[c] = c, model[c] = c;
@@ -219,6 +245,14 @@ size_t harmonise(struct curvefit *fit, const struct polyline *line, const struct
 		parent[high] = low;
 		if (fit[model[high]].count > fit[model[low]].count)
 			model[low] = model[high];
+	}
+	if (class_size) {
+		size_t *size = mem_array(n, sizeof *size);
+		for (size_t c = 0; c < n; c++)
+			size[find_root(parent, c)]++;
+		for (size_t c = 0; c < n; c++)
+			class_size[c] = size[find_root(parent, c)];
+		free(size);
 	}
 	/* Neighbours of each curve, to carry knots from the model outwards. */
 	size_t *start = mem_array(n + 2, sizeof *start), *item = mem_array(2 * relations.count, sizeof *item);

@@ -11,8 +11,12 @@
 double harmonise_offset(const struct polyline *a, const struct polyline *b, bool same_way, double *residual);
 
 /* fit, line and options by chain; chains of length 0 are left alone. patch: what the patches are, or NULL;
- * planes need no bands, for them polygons of any size will do. Changes fits. Returns how many fits were raised or moved. */
+ * planes
+ * take polygons of any size, so that only narrow rings and strips are asked for bands. class_size
+ * (by chain, may be NULL): how many curves share one number. Changes fits. Returns how many fits were
+ * raised or moved. */
 size_t harmonise(struct curvefit *fit, const struct polyline *line, const struct curvefit_options *options,
-		 const struct border_network *border, const struct patchloops *loops, const struct dense_patch *patch);
+		 const struct border_network *border, const struct patchloops *loops, const struct dense_patch *patch,
+		 size_t *class_size);
 
 #endif

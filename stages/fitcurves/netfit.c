@@ -10,6 +10,7 @@
 #include "stages/fitcurves/harmonise.h"
 #include "stages/fitcurves/patchloops.h"
 #include "stages/fitcurves/relax.h"
+#include "stages/fitcurves/uncross.h"
 #include "stages/geometry/nearest.h"
 #include "stages/geometry/vector.h"
 
@@ -181,6 +182,8 @@ static size_t contract_short(struct job *job)
 
 /* --- fits -------------------------------------------------------------------------------------------------------- */
 
+/* Rounds of giving points to curves whose control polygons cut others. */
+#define MOST_UNCROSS 8
 /* Share of the local edge by which a curve may miss a border that has no place of its own. */
 #define LOOSE_SHARE 0.25
 
@@ -455,12 +458,24 @@ void netfit(struct network *network, struct netfit_report *report, const struct 
 	for (size_t c = 0; c < n; c++)
 		if (!job.is_gone[c])
 			fit_chain(&job, c);
-	if (!options.free_counts) {
-		struct patchloops loops;
-		patchloops_init(&loops, border, job.node, job.is_gone, dense->patch_count);
-		report->harmonised = harmonise(job.fit, job.line, job.limit, border, &loops, dense->patch);
-		patchloops_free(&loops);
+	struct patchloops loops;
+	patchloops_init(&loops, border, job.node, job.is_gone, dense->patch_count);
+	size_t *class_size = mem_array(n, sizeof *class_size);
+	for (size_t c = 0; c < n; c++)
+		class_size[c] = 1;
+	for (int round = 0; round < MOST_UNCROSS; round++) {
+		if (!options.free_counts)
+			report->harmonised += harmonise(job.fit, job.line, job.limit, border, &loops, dense->patch, class_size);
+		size_t raised = 0;
+		if (dense->patch)
+			raised = uncross(job.fit, job.line, job.limit, border, job.is_gone, dense->patch, dense->patch_count,
+					 class_size);
+		report->uncrossed += raised;
+		if (raised == 0)
+			break;
 	}
+	free(class_size);
+	patchloops_free(&loops);
 	report->split = part_doubles(&job) + widen_loops(&job);
 #pragma omp parallel for schedule(dynamic)
 	for (size_t c = 0; c < n; c++)

@@ -13,6 +13,7 @@ struct netfit_report {
 	size_t nodes, curves, points, closed, straight;
 	size_t contracted; /* curves shorter than max / 2 that became one node */
 	size_t harmonised; /* curves fitted again for the sake of their opposite */
+	size_t uncrossed;  /* points added because a control polygon cut another on the same plane */
 	size_t relaxed;    /* borders without a place of their own, drawn taut on the surface first */
 	size_t smoothed;   /* other curves along staircases of triangles */
 	size_t split;      /* inner points added so that no two curves make a double edge and no patch a face of two vertices */
