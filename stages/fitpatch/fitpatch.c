@@ -165,7 +165,11 @@ int main(int argc, char **argv)
 	double *sample = mem_array(3 * SAMPLES, sizeof *sample);
 	idx_t *sample_triangle = mem_array(SAMPLES, sizeof *sample_triangle);
 	sample_surface(sample, sample_triangle, SAMPLES, dense.xyz, dense.triangle, dense.triangle_count, 1);
-	const struct target target = {&dense, nearest, &border, sample, sample_triangle, SAMPLES};
+	idx_t *surface = mem_array(dense.triangle_count, sizeof *surface);
+	for (size_t t = 0; t < dense.triangle_count; t++)
+		surface[t] = dense.patch[dense.label[t]].parent;
+	struct nearest *on_surface = nearest_new_labelled(dense.xyz, dense.vertex_count, dense.triangle, dense.triangle_count, surface);
+	const struct target target = {&dense, nearest, surface, on_surface, &border, sample, sample_triangle, SAMPLES};
 	const struct rounds rounds = {&target, &half, chain_of_curve, {options.iterations, options.level, options.variant}, {max, mean}, options.rounds, tool_say};
 	struct patch_error *error = mem_array(dense.patch_count, sizeof *error);
 	struct layouts layouts = {mem_array(dense.patch_count, 1), mem_array(dense.patch_count, 1)};

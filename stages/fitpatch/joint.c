@@ -182,7 +182,7 @@ static void move_points(struct system *system, const double *next)
 bool joint_fit(struct draft *draft, const struct target *target, const struct joint_options *options, const unsigned char *still, struct fault *fault)
 {
 	struct terms terms;
-	if (!terms_make(&terms, draft, options->steps, true, fault))
+	if (!terms_make(&terms, draft, target->dense, options->steps, true, fault))
 		return false;
 	const size_t n = terms.cage.vertex_count;
 	struct system system = {.draft = draft, .target = target, .options = options, .terms = &terms};
@@ -202,7 +202,7 @@ bool joint_fit(struct draft *draft, const struct target *target, const struct jo
 	system.reverse = mem_array(target->sample_count, sizeof *system.reverse);
 	for (size_t s = 0; s < target->sample_count; s++)
 		system.reverse[s].triangle = NO_INDEX;
-	system.nearest = nearest_new_labelled(terms.level.xyz, samples, terms.triangle, terms.triangle_count, terms.triangle_patch);
+	system.nearest = nearest_new_labelled(terms.level.xyz, samples, terms.triangle, terms.triangle_count, terms.triangle_surface);
 	normal_begin(&system.sums, &terms, system.fixed);
 	system.lsq = lsq_new(n, system.xyz, system.fixed);
 	double *next = mem_array(3 * n, sizeof *next), *best = mem_copy(system.xyz, 3 * n, sizeof(double));
@@ -289,7 +289,7 @@ static void measure_folds(struct patch_error *error, size_t patch_count, struct 
 bool joint_measure(struct patch_error *error, struct face_error *face_error, size_t patch_count, const struct draft *draft, const struct target *target, struct fault *fault)
 {
 	struct terms terms;
-	if (!terms_make(&terms, draft, 3, false, fault))
+	if (!terms_make(&terms, draft, target->dense, 3, false, fault))
 		return false;
 	for (size_t p = 0; p < patch_count; p++)
 		error[p] = (struct patch_error){.worst_face = NO_INDEX};
@@ -316,7 +316,7 @@ bool joint_measure(struct patch_error *error, struct face_error *face_error, siz
 		note_worst(&error[p], face_error, feet[s].distance, face_of[s], &terms.level.xyz[3 * s]);
 	}
 	measure_folds(error, patch_count, face_error, &terms, feet);
-	struct nearest *nearest = nearest_new_labelled(terms.level.xyz, n, terms.triangle, terms.triangle_count, terms.triangle_patch);
+	struct nearest *nearest = nearest_new_labelled(terms.level.xyz, n, terms.triangle, terms.triangle_count, terms.triangle_surface);
 	for (size_t s = 0; s < target->sample_count; s++)
 		feet[s].triangle = NO_INDEX;
 	terms_feet_of_target(feet, &terms, target, nearest);

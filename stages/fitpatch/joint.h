@@ -23,7 +23,10 @@ struct draft {
 /* What is fitted to. */
 struct target {
 	const struct dense *dense;
-	const struct nearest *nearest;
+	const struct nearest *nearest;      /* labelled by dense->label */
+	const idx_t *surface;               /* a triangle: its patch's parent; feet are looked for on whole surfaces, as the virtual borders
+	                                       that cut them have no place of their own */
+	const struct nearest *on_surface;   /* labelled by that */
 	const struct border_network *border;
 	const double *sample;     /* 3 a sample, uniform by area over the dense mesh */
 	const idx_t *sample_triangle;

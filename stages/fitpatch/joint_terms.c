@@ -179,7 +179,7 @@ static void triangulate(struct terms *terms)
 	}
 }
 
-bool terms_make(struct terms *terms, const struct draft *draft, int steps, bool with_rows, struct fault *fault)
+bool terms_make(struct terms *terms, const struct draft *draft, const struct dense *dense, int steps, bool with_rows, struct fault *fault)
 {
 	*terms = (struct terms){0};
 	draft_cage(&terms->cage, &terms->vertex_of, draft);
@@ -203,6 +203,9 @@ bool terms_make(struct terms *terms, const struct draft *draft, int steps, bool 
 		sparse_apply(terms->level.xyz, &terms->rows, terms->cage.xyz);
 	classify(terms);
 	triangulate(terms);
+	terms->triangle_surface = mem_array(terms->triangle_count, sizeof *terms->triangle_surface);
+	for (size_t t = 0; t < terms->triangle_count; t++)
+		terms->triangle_surface[t] = dense->patch[terms->triangle_patch[t]].parent;
 	terms->area = mem_array(terms->level.vertex_count, sizeof *terms->area);
 	for (size_t t = 0; t < terms->triangle_count; t++) {
 		const idx_t *v = &terms->triangle[3 * t];
@@ -220,7 +223,7 @@ void terms_free(struct terms *terms)
 	level_free(&terms->level);
 	sparse_free(&terms->rows);
 	free(terms->vertex_of), free(terms->control_of), free(terms->kind), free(terms->patch), free(terms->patch2), free(terms->area);
-	free(terms->triangle), free(terms->triangle_patch), free(terms->triangle_face);
+	free(terms->triangle), free(terms->triangle_patch), free(terms->triangle_face), free(terms->triangle_surface);
 	*terms = (struct terms){0};
 }
 
@@ -305,12 +308,14 @@ bool chain_nearest(double point[3], double tangent[3], const struct chain_index 
 struct foot terms_foot(const struct terms *terms, const struct target *target, size_t sample, idx_t hint[2])
 {
 	const double *p = &terms->level.xyz[3 * sample];
-	struct nearest_filter filter = {.label = target->dense->label, .only = terms->patch[sample], .hint = hint[0]};
-	struct foot foot = nearest_point(target->nearest, p, INFINITY, &filter);
+	const struct dense_patch *patch = target->dense->patch;
+	const idx_t one = patch[terms->patch[sample]].parent, two = terms->patch2[sample] >= 0 ? patch[terms->patch2[sample]].parent : one;
+	struct nearest_filter filter = {.label = target->surface, .only = one, .hint = hint[0]};
+	struct foot foot = nearest_point(target->on_surface, p, INFINITY, &filter);
 	hint[0] = foot.triangle + 1;
-	if (terms->patch2[sample] >= 0) {
-		filter.only = terms->patch2[sample], filter.hint = hint[1];
-		const struct foot other = nearest_point(target->nearest, p, foot.distance, &filter);
+	if (two != one) {
+		filter.only = two, filter.hint = hint[1];
+		const struct foot other = nearest_point(target->on_surface, p, foot.distance, &filter);
 		if (other.triangle != NO_INDEX)
 			hint[1] = other.triangle + 1;
 		if (foot.triangle == NO_INDEX || (other.triangle != NO_INDEX && other.distance < foot.distance))
@@ -321,13 +326,13 @@ struct foot terms_foot(const struct terms *terms, const struct target *target, s
 
 void terms_feet_of_target(struct foot *feet, const struct terms *terms, const struct target *target, const struct nearest *nearest)
 {
-	const idx_t *label = target->dense->label, *triangle = target->sample_triangle;
+	const idx_t *surface = target->surface, *triangle = target->sample_triangle;
 	const size_t n = target->sample_count;
 	enum { RUN = 64 }; /* samples follow the triangles of the target: the one before is often close by */
 #pragma omp parallel for schedule(dynamic, 1)
 	for (size_t run = 0; run < (n + RUN - 1) / RUN; run++)
 		for (size_t s = RUN * run; s < n && s < RUN * (run + 1); s++) {
-			struct nearest_filter filter = {.label = terms->triangle_patch, .only = label[triangle[s]], .hint = feet[s].triangle + 1};
+			struct nearest_filter filter = {.label = terms->triangle_surface, .only = surface[triangle[s]], .hint = feet[s].triangle + 1};
 			if (filter.hint == 0 && s > RUN * run)
 				filter.hint = feet[s - 1].triangle + 1;
 			feet[s] = nearest_point(nearest, &target->sample[3 * s], INFINITY, &filter);

@@ -19,7 +19,8 @@ struct rig {
 	struct half half;
 	struct border_network border;
 	struct network network;
-	struct nearest *nearest;
+	struct nearest *nearest, *on_surface;
+	idx_t *surface;
 	idx_t *chain_of_curve;
 	double *sample;
 	idx_t *sample_triangle;
@@ -67,13 +68,17 @@ static inline void rig_start(struct rig *rig, struct dense dense, struct network
 	*rig = (struct rig){.dense = dense, .network = network};
 	assert_true(half_build_triangles(&rig->half, dense.triangle, dense.triangle_count, dense.vertex_count, &fault));
 	assert_true(border_extract(&rig->border, &rig->dense, BORDER_DEFAULTS, &fault));
-	rig->nearest = nearest_new(dense.xyz, dense.vertex_count, dense.triangle, dense.triangle_count);
+	rig->nearest = nearest_new_labelled(dense.xyz, dense.vertex_count, dense.triangle, dense.triangle_count, dense.label);
 	rig->chain_of_curve = mem_array(network.curve_count, sizeof *rig->chain_of_curve);
 	border_match(rig->chain_of_curve, &rig->border, &rig->dense, &rig->network);
 	rig->sample = mem_array(3 * RIG_SAMPLES, sizeof *rig->sample);
 	rig->sample_triangle = mem_array(RIG_SAMPLES, sizeof *rig->sample_triangle);
 	sample_surface(rig->sample, rig->sample_triangle, RIG_SAMPLES, dense.xyz, dense.triangle, dense.triangle_count, 1);
-	rig->target = (struct target){&rig->dense, rig->nearest, &rig->border, rig->sample, rig->sample_triangle, RIG_SAMPLES};
+	rig->surface = mem_array(dense.triangle_count, sizeof *rig->surface);
+	for (size_t t = 0; t < dense.triangle_count; t++)
+		rig->surface[t] = dense.patch[dense.label[t]].parent;
+	rig->on_surface = nearest_new_labelled(dense.xyz, dense.vertex_count, dense.triangle, dense.triangle_count, rig->surface);
+	rig->target = (struct target){&rig->dense, rig->nearest, rig->surface, rig->on_surface, &rig->border, rig->sample, rig->sample_triangle, RIG_SAMPLES};
 	rig->rounds = (struct rounds){&rig->target, &rig->half, rig->chain_of_curve, {5, 2, SQDIST_SIDED}, {max, mean}, 6, rig_quiet};
 	rig->layouts = (struct layouts){mem_array(dense.patch_count, 1), mem_array(dense.patch_count, 1)};
 	draft_start(&rig->draft, &rig->network);
@@ -98,6 +103,8 @@ static inline void rig_free(struct rig *rig)
 	free(rig->layouts.kind), free(rig->layouts.detail);
 	free(rig->sample), free(rig->sample_triangle), free(rig->chain_of_curve);
 	nearest_free(rig->nearest);
+	nearest_free(rig->on_surface);
+	free(rig->surface);
 	border_free(&rig->border);
 	half_free(&rig->half);
 	network_free(&rig->network);

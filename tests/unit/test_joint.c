@@ -201,6 +201,33 @@ static void test_held(void **state)
 	rig_free(&rig);
 }
 
+/* Virtual borders have no place of their own: with those of the mesh in steps of a facet to either side, the same cage has the same
+ * error, as its feet may lie on any part of the sphere. */
+static void test_virtual_border(void **state)
+{
+	(void)state;
+	struct rig rig;
+	rig_make(&rig, rig_ball(1, 12), 8e-3, 3e-3);
+	rig_layout(&rig);
+	fit(&rig, NULL);
+	double mean, moved_mean;
+	const double largest = rig_error(&rig, &mean);
+	/* every third triangle beside a border goes over to the patch on its other side */
+	size_t moved = 0;
+	idx_t *label = mem_copy(rig.dense.label, rig.dense.triangle_count, sizeof *label);
+	for (size_t h = 0; h < rig.half.half_count; h++) {
+		const size_t t = h / 3, other = (size_t)rig.half.twin[h] / 3;
+		if (rig.dense.label[other] > rig.dense.label[t] && t % 3 == 0)
+			label[t] = rig.dense.label[other], moved++;
+	}
+	assert_true(moved > 10);
+	memcpy(rig.dense.label, label, rig.dense.triangle_count * sizeof *label);
+	free(label);
+	assert_near(rig_error(&rig, &moved_mean), largest, 1e-4);
+	assert_near(moved_mean, mean, 1e-4);
+	rig_free(&rig);
+}
+
 static void turn_points(double *xyz, size_t count, double scale)
 {
 	struct mesh mesh = {.xyz = xyz, .vertex_count = count};
@@ -321,6 +348,7 @@ int main(void)
 		cmocka_unit_test(test_measure), cmocka_unit_test(test_cage),   cmocka_unit_test(test_cylinder), cmocka_unit_test(test_ball),
 		cmocka_unit_test(test_plane),   cmocka_unit_test(test_held),   cmocka_unit_test(test_motion),   cmocka_unit_test(test_threads),
 		cmocka_unit_test(test_variants), cmocka_unit_test(test_fault), cmocka_unit_test(test_none),
+		cmocka_unit_test(test_virtual_border),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
