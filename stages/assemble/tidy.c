@@ -176,6 +176,37 @@ static void join_faces(struct polymesh *mesh, idx_t first, idx_t last)
 	mesh->face_half[drop] = NO_INDEX;
 }
 
+/* Does the vertex at the start of h stay where it is: an explicit corner, or three or more creases? */
+static bool is_kept(const struct polymesh *mesh, idx_t h)
+{
+	size_t creases = 0;
+	idx_t at = h;
+	do { /* counter-clockwise */
+		creases += polymesh_is_crease(mesh, at);
+		const idx_t before = mesh->previous[at];
+		at = mesh->twin[before];
+		if (at == NO_INDEX)
+			creases++; /* the other border edge */
+	} while (at != NO_INDEX && at != h);
+	if (at == NO_INDEX)
+		for (idx_t t = mesh->twin[h]; t != NO_INDEX; t = mesh->twin[at]) { /* clockwise */
+			at = mesh->next[t];
+			creases += polymesh_is_crease(mesh, at);
+		}
+	return creases >= 3 || mesh->corner[mesh->origin[h]];
+}
+
+/* Would the union turn outward at a vertex that is kept? Only the ends of the chain that goes get another angle. */
+static bool fills_a_kink(const struct polymesh *mesh, idx_t first, idx_t last, const idx_t *corner, size_t count, const double normal[3])
+{
+	const idx_t end[2] = {first, mesh->twin[last]}; /* both start at their end of the chain */
+	for (int k = 0; k < 2; k++)
+		for (size_t i = 0; i < count; i++)
+			if (corner[i] == mesh->origin[end[k]] && polygon_turn_deg(mesh->xyz, corner, count, i, normal) < -POLYGON_REFLEX_DEG && is_kept(mesh, end[k]))
+				return true;
+	return false;
+}
+
 /* Join the faces of h when that changes nothing and leaves them at least as star-shaped as least_star. */
 static bool try_join(struct polymesh *mesh, idx_t h, double planar, double least_star)
 {
@@ -193,7 +224,7 @@ static bool try_join(struct polymesh *mesh, idx_t h, double planar, double least
 		return false;
 	double centre[3], normal[3];
 	polygon_plane(centre, normal, mesh->xyz, corner, n);
-	if (polygon_star(mesh->xyz, corner, n, normal) < least_star)
+	if (polygon_star(mesh->xyz, corner, n, normal) < least_star || fills_a_kink(mesh, first, last, corner, n, normal))
 		return false;
 	/* starts of the chain's end edges: first at one end, the twin of last at the other */
 	if (!sector_in_plane(mesh, first, centre, normal, planar) ||

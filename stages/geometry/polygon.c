@@ -31,6 +31,16 @@ double polygon_flatness(const double *xyz, const idx_t *corner, size_t count)
 	return worst;
 }
 
+double polygon_turn_deg(const double *xyz, const idx_t *corner, size_t count, size_t i, const double normal[3])
+{
+	const double *here = &xyz[3 * (size_t)corner[i]];
+	double in[3], out[3], across[3];
+	sub3(in, here, &xyz[3 * (size_t)corner[(i + count - 1) % count]]);
+	sub3(out, &xyz[3 * (size_t)corner[(i + 1) % count]], here);
+	cross3(across, in, out);
+	return atan2(dot3(across, normal), dot3(in, out)) * DEGREES;
+}
+
 double polygon_star(const double *xyz, const idx_t *corner, size_t count, const double normal[3])
 {
 	double centre[3] = {0, 0, 0};
