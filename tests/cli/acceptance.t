@@ -14,8 +14,8 @@ find_part() {
 }
 # no_bad_file NAME: whatever is in out is whole: PLY that a program reads, streams that check
 no_bad_file() {
-	for file in "out/$1".*.ply; do
-		[ ! -e "$file" ] || "$BIN/render" --size 16x16 "$file" > picture 2> errors || return 1
+	for made in "out/$1".*.ply; do
+		[ ! -e "$made" ] || "$BIN/render" --size 16x16 "$made" > picture 2> errors || return 1
 	done
 	[ ! -e "out/$1.ffx" ] || "$BIN/unpack" --check "out/$1.ffx" 2> errors
 }
