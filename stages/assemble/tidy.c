@@ -475,6 +475,10 @@ static size_t straighten(struct polymesh *mesh, double planar)
 			polygon_plane(centre, normal, mesh->xyz, corner, n);
 			good = polygon_flatness(mesh->xyz, corner, n) <= planar &&
 			       polygon_star(mesh->xyz, kept, m, normal) >= LEAST_STAR;
+			/* Where a face turns outward at a kept vertex, it folds over its own border there, as far as half its sides:
+			 * points beside such a vertex are there to keep that small. */
+			for (size_t i = 0; i < m && good; i++)
+				good = (kept[i] != p && kept[i] != q) || polygon_turn_deg(mesh->xyz, kept, m, i, normal) >= -POLYGON_REFLEX_DEG;
 		}
 		if (!good)
 			continue;

@@ -269,6 +269,31 @@ static void test_star(void **state)
 	free(m);
 }
 
+/* An L with points on two of its straight sides: the one beside the inward kink keeps the fold there small and stays, the one
+ * between outward kinks goes. */
+static void test_kink(void **state)
+{
+	(void)state;
+	struct made *m = make();
+	static const double p[8][2] = {{0, 0}, {2, 0}, {4, 0}, {4, 3}, {3.5, 3}, {3, 3}, {3, 4}, {0, 4}};
+	for (size_t i = 0; i < 8; i++)
+		add_point(m, p[i][0], p[i][1], 0, i == 1 || i == 4 ? POINT_CREASE : POINT_CORNER);
+	const idx_t face[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+	add_face(m, 0, face, 8);
+	add_straight_curves(m, CURVE_SHARP);
+	struct tidy_report tidied;
+	long euler;
+	struct cage cage = finish(m, &tidied, &euler);
+	assert_int_equal(tidied.straightened, 1);
+	assert_int_equal(cage.vertex_count, 7);
+	bool kept = false;
+	for (size_t v = 0; v < 7; v++)
+		kept |= cage.xyz[3 * v] == 3.5 && cage.xyz[3 * v + 1] == 3;
+	assert_true(kept);
+	cage_free(&cage);
+	free(m);
+}
+
 /* The plate of one patch: kinks of its border with two creases are explicit corners. */
 static void test_corners(void **state)
 {
@@ -389,7 +414,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(test_cube),   cmocka_unit_test(test_cylinder), cmocka_unit_test(test_bored_block),
-		cmocka_unit_test(test_planar), cmocka_unit_test(test_star),     cmocka_unit_test(test_corners),
+		cmocka_unit_test(test_planar), cmocka_unit_test(test_star),     cmocka_unit_test(test_corners), cmocka_unit_test(test_kink),
 		cmocka_unit_test(test_fans),   cmocka_unit_test(test_dissolve), cmocka_unit_test(test_damage),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
