@@ -1,7 +1,6 @@
 #!/bin/sh
 # Damaged files through the programs: exit 3 with one line, or a warning and a good result; never a crash, never half a file.
 . "${ROOT:-.}/tests/tools/tap.sh"
-ulimit -c 0
 
 # refused PROGRAM FILE [OPTIONS]: exit 3, one line that begins with the program and names the file, nothing written
 refused() {

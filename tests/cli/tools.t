@@ -24,7 +24,7 @@ with() {
 
 # The lines of the SYNOPSIS as mandoc shows them, blanks squeezed.
 synopsis() {
-	mandoc -T ascii -O width=200 "$1" | col -b | sed -n '/^SYNOPSIS/,/^[A-Z]/p' | grep -v '^[A-Z]' | tr -s ' \t\n' ' ' | sed 's/^ //; s/ $//'
+	mandoc -T ascii -O width=200 "$1" | sed "s/.$(printf '\b')//g" | sed -n '/^SYNOPSIS/,/^[A-Z]/p' | grep -v '^[A-Z]' | tr -s ' \t\n' ' ' | sed 's/^ //; s/ $//'
 }
 # The usage lines of --help: to the first line that is not continued by eight blanks or more.
 usage() {
