@@ -15,7 +15,9 @@
 #include "stages/tool/tool.h"
 
 static const char usage[] =
-	"usage: fitpatch --mesh MESH.ply [options] [FILE]\n"
+	"usage: fitpatch --mesh mesh [-qv] [--tol length] [--mean length] [--level n]\n"
+	"                [--iter n] [--rounds n] [--sd kind] [--binary]\n"
+	"                [--no-provenance] [-o output] [file]\n"
 	"Fit a control polyhedron to every patch that a network of curves bounds.\n"
 	"  -m, --mesh FILE     the dense mesh with its patches (from rectify)\n"
 	"  -t, --tol LENGTH    largest distance allowed (default 0.4%)\n"
