@@ -2,6 +2,17 @@
 
 #include <png.h>
 
+/* A write that fails stays noted in the stream, and output_commit says why. */
+static void write_bytes(png_struct *png, png_byte *bytes, size_t size)
+{
+	fwrite(bytes, 1, size, png_get_io_ptr(png));
+}
+
+static void flush_nothing(png_struct *png)
+{
+	(void)png;
+}
+
 bool picture_write(FILE *file, const unsigned char *rgb, int width, int height, struct fault *fault)
 {
 	png_struct *png = png_create_write_struct(PNG_LIBPNG_VER_STRING, NULL, NULL, NULL);
@@ -14,7 +25,7 @@ bool picture_write(FILE *file, const unsigned char *rgb, int width, int height, 
 		png_destroy_write_struct(&png, &info);
 		return fault_set(fault, EX_SYSTEM, "the picture could not be written");
 	}
-	png_init_io(png, file);
+	png_set_write_fn(png, file, write_bytes, flush_nothing);
 	png_set_IHDR(png, info, (png_uint_32)width, (png_uint_32)height, 8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_NONE,
 	             PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
 	png_write_info(png, info);
