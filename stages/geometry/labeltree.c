@@ -149,7 +149,11 @@ struct label_tree *label_tree_new(const double *xyz, const idx_t *triangle, size
 			item->middle[k] = xyz[3 * (size_t)triangle[3 * t] + k] / 3 + xyz[3 * (size_t)triangle[3 * t + 1] + k] / 3
 			                  + xyz[3 * (size_t)triangle[3 * t + 2] + k] / 3;
 	}
-	qsort(builder.item, triangle_count, sizeof *builder.item, compare_labels);
+	bool is_sorted = true;
+	for (size_t i = 1; i < triangle_count; i++)
+		is_sorted &= label[i - 1] <= label[i];
+	if (!is_sorted)
+		qsort(builder.item, triangle_count, sizeof *builder.item, compare_labels);
 	for (size_t i = 0; i < triangle_count; i++)
 		tree->label_count += i == 0 || builder.item[i].label != builder.item[i - 1].label;
 	tree->label = mem_array(tree->label_count, sizeof *tree->label);
