@@ -131,6 +131,32 @@ void primitive_curvature(const struct dense_patch *patch, const double x[3], str
 	}
 }
 
+bool primitive_dual_torus(struct dense_patch *out, const struct dense_patch *torus, const double x[3])
+{
+	struct primitive_curvature k;
+	double foot[3], normal[3], around[3];
+	if (torus->kind != PATCH_TORUS)
+		return false;
+	primitive_foot(torus, x, foot, normal);
+	primitive_curvature(torus, x, &k);
+	/* which of the two is the tube's? */
+	const double k_tube = (torus->sign < 0 ? -1 : 1) / torus->radius2;
+	const bool is_max = fabs(k.kmax - k_tube) <= fabs(k.kmin - k_tube);
+	const double k_around = is_max ? k.kmin : k.kmax;
+		copy3(around, is_max ? k.dmin : k.dmax);
+	if (fabs(k_around) < 1e-9 * fabs(k_tube) || fabs(k_tube - k_around) < 1e-6 * fabs(k_tube))
+		return false;
+	out->kind = PATCH_TORUS;
+	copy3(out->point, foot);
+	add_scaled3(out->point, -1 / k_tube, normal);
+	copy3(out->axis, around);
+	out->radius = fabs(1 / k_tube - 1 / k_around);
+	out->radius2 = fabs(1 / k_around);
+	out->sign = k_around < 0 ? -1 : 1;
+	/* bent to one side both ways: x would lie on the inner sheet of a torus that meets itself, which is not ours */
+	return out->radius2 < out->radius;
+}
+
 void primitive_residual(const struct dense_patch *patch, const double *xyz, size_t count, double *largest, double *rms)
 {
 	double most = 0, sum = 0;

@@ -38,6 +38,11 @@ void primitive_curvature(const struct dense_patch *patch, const double x[3], str
  * Sets kind, point, axis, radius, radius2, sign; leaves the rest. False when the elements do not determine the kind. */
 bool primitive_guess(struct dense_patch *patch, enum patch_kind kind, const double *xyz, const double *normal, const double *weight, size_t count);
 
+/* The other torus that has the same normal and principal curvatures at the foot point of x: what is tube and what goes around
+ * the axis changes places. Near x the two are hardly told apart, so a fit to a small part may end in the wrong one. False
+ * where there is none that does not meet itself: only saddles have one. Touches kind, point, axis, radius, radius2, sign of out. */
+bool primitive_dual_torus(struct dense_patch *out, const struct dense_patch *torus, const double x[3]);
+
 /* Improve a guess to the least sum of squared distances of count points (weights positive or NULL) by Gauss-Newton
  * with Levenberg's damping, at most step_limit steps (0: a default of 30). Planes in closed form. sign and the sense of
  * the axis are kept. Returns false, and leaves the patch, when the fit runs away (radius over 1e4 times the extent of

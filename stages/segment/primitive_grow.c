@@ -13,6 +13,7 @@
 #define FIT_POINTS_MOST 250 /* more points hardly change a fit of 7 parameters */
 #define TURN_PER_BEND_MOST 2.2
 #define FEW_TRIANGLES 16
+#define DUAL_GAIN 0.8
 #define FLAT_LOOKS 32
 #define REFINE_MOST 6
 #define TURN_MOST 0.95      /* chord of 57 degrees: coarser facets than hexagonal are not taken for round */
@@ -288,6 +289,23 @@ bool grow_fit(struct grower *g, struct dense_patch *patch, const idx_t *part, si
 {
 	const size_t points = gather_points(g, part, count);
 	return primitive_fit(patch, g->points, NULL, points, 6);
+}
+
+bool grow_dual_torus(struct grower *g, struct dense_patch *patch, const idx_t *part, size_t count)
+{
+	struct dense_patch dual = *patch;
+	double middle[3] = {0, 0, 0}, before, after;
+	const size_t points = gather_points(g, part, count);
+	for (size_t i = 0; i < points; i++)
+		add_scaled3(middle, 1 / (double)points, g->points + 3 * i);
+	if (!primitive_dual_torus(&dual, patch, middle) || !primitive_fit(&dual, g->points, NULL, points, 20))
+		return false;
+	primitive_residual(patch, g->points, points, NULL, &before);
+	primitive_residual(&dual, g->points, points, NULL, &after);
+	if (!(after < DUAL_GAIN * before))
+		return false;
+	*patch = dual;
+	return true;
 }
 
 double grow_residual(const struct facets *f, const struct dense_patch *patch, const idx_t *part, size_t count)

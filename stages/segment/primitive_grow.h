@@ -54,6 +54,9 @@ double grow_refine(struct grower *grower, struct dense_patch *patch, const idx_t
 /* Fit patch (a good guess) to the vertices of count triangles; false leaves it. */
 bool grow_fit(struct grower *grower, struct dense_patch *patch, const idx_t *part, size_t count);
 
+/* Replace a torus by its dual, fitted to the triangles, when that fits and lies nearer to them; false leaves it. */
+bool grow_dual_torus(struct grower *grower, struct dense_patch *patch, const idx_t *part, size_t count);
+
 /* Largest distance of the vertices of count triangles. */
 double grow_residual(const struct facets *facets, const struct dense_patch *patch, const idx_t *part, size_t count);
 #endif

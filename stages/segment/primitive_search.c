@@ -188,18 +188,29 @@ static bool is_significant_plane(struct search *s, const struct proposal *p, con
 }
 
 /* A slightly bent cylinder, or a slightly opened one, shows only over a length that small groups do not have: try tori and cones on the
- * whole region of a cylinder or sphere. */
+ * whole region of a cylinder or sphere, and of the two tori that bend alike in the middle take the one that fits all. */
 static void extend_by_bend(struct search *s, idx_t flat, struct proposal *best)
 {
 	size_t seeds;
 	const idx_t *seed = flat_members(s, flat, &seeds);
-	if (!(best->area > 0) || (best->patch.kind != PATCH_CYLINDER && best->patch.kind != PATCH_SPHERE))
+	if (!(best->area > 0) || (best->patch.kind != PATCH_CYLINDER && best->patch.kind != PATCH_SPHERE && best->patch.kind != PATCH_TORUS))
 		return;
 	if (best->area > 0.98 * s->part_area[s->facets->smooth_part[seed[0]]])
 		return;
 	grow_region(&s->grower, &best->patch, seed, seeds, best->turn_limit);
 	memcpy(s->group, s->grower.region, s->grower.region_count * sizeof *s->group);
 	s->group_count = s->grower.region_count;
+	if (best->patch.kind == PATCH_TORUS) {
+		struct proposal p = *best;
+		if (!grow_dual_torus(&s->grower, &p.patch, s->group, s->group_count))
+			return;
+		p.area = grow_refine(&s->grower, &p.patch, seed, seeds);
+		p.turn_limit = surface_turn_limit(&s->grower, &p.patch);
+		p.mean_turn = s->grower.mean_turn;
+		if (p.area >= best->area)
+			*best = p;
+		return;
+	}
 	try_group(s, flat, best->patch.kind == PATCH_CYLINDER ? 3 : 4, best);
 }
 

@@ -380,6 +380,11 @@ static bool fit_union(struct grower *g, struct dense_patch *out, const struct de
 			}
 		}
 		p = *a;
+		if (kind[k] == PATCH_TORUS && a->kind == PATCH_TORUS && grow_dual_torus(g, &p, part, count) && explains_all(g, &p, part, count, area, turn_limit)) {
+			*out = p;
+			return true;
+		}
+		p = *a;
 		if (grow_hypothesis(g, &p, kind[k], part, count, 2 * g->distance) && explains_all(g, &p, part, count, area, turn_limit)) {
 			*out = p;
 			return true;

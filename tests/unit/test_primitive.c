@@ -233,6 +233,33 @@ static void test_curvature(void **state)
 	assert_near(distance3(side, k.dmax), 0, 1e-12);
 }
 
+/* The dual torus touches with the same curvatures, and its dual is the torus itself. */
+static void test_dual(void **state)
+{
+	(void)state;
+	const struct dense_patch torus = {.kind = PATCH_TORUS, .axis = {0, 0, 1}, .radius = 3, .radius2 = 1, .sign = -1};
+	const double inner[3] = {2, 0, 0}, outer[3] = {4, 0, 0};
+	struct dense_patch dual = {0}, again = {0};
+	struct primitive_curvature k, l;
+	double n[3], m[3];
+	assert_true(primitive_dual_torus(&dual, &torus, inner));
+	assert_near(primitive_foot(&dual, inner, NULL, m), 0, 1e-12);
+	primitive_foot(&torus, inner, NULL, n);
+	assert_near(distance3(m, n), 0, 1e-12);
+	primitive_curvature(&torus, inner, &k);
+	primitive_curvature(&dual, inner, &l);
+	assert_near(k.kmin, l.kmin, 1e-12);
+	assert_near(k.kmax, l.kmax, 1e-12);
+	assert_near(dual.radius2, 2, 1e-12); /* the circle of radius 2 around the axis becomes the tube */
+	assert_true(primitive_dual_torus(&again, &dual, inner));
+	assert_near(again.radius, 3, 1e-12);
+	assert_near(again.radius2, 1, 1e-12);
+	assert_near(again.sign, -1, 0);
+	/* outside, a tube of radius 4 around a circle of radius 3 would meet itself */
+	assert_false(primitive_dual_torus(&dual, &torus, outer));
+	assert_false(primitive_dual_torus(&dual, &(struct dense_patch){.kind = PATCH_SPHERE, .radius = 1}, inner));
+}
+
 /* What does not determine a surface is refused, and the patch stays. */
 static void test_refuse(void **state)
 {
@@ -256,7 +283,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(test_fit_exact), cmocka_unit_test(test_fit_noise), cmocka_unit_test(test_distance),
-		cmocka_unit_test(test_axis_point), cmocka_unit_test(test_curvature), cmocka_unit_test(test_refuse),
+		cmocka_unit_test(test_axis_point), cmocka_unit_test(test_curvature), cmocka_unit_test(test_dual), cmocka_unit_test(test_refuse),
 	};
 	return cmocka_run_group_tests_name("primitive", tests, NULL, NULL);
 }
