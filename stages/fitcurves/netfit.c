@@ -183,7 +183,7 @@ static size_t contract_short(struct job *job)
 /* --- fits -------------------------------------------------------------------------------------------------------- */
 
 /* Rounds of giving points to curves whose control polygons cut others. */
-#define MOST_UNCROSS 8
+#define MOST_UNCROSS 12
 /* Share of the local edge by which a curve may miss a border that has no place of its own. */
 #define LOOSE_SHARE 0.25
 

@@ -93,6 +93,7 @@ size_t uncross(struct curvefit *fit, const struct polyline *line, const struct c
 		for (size_t p = 0; pass == 0 && p < patch_count; p++)
 			start[p + 2] += start[p + 1];
 	}
+	/* A point more takes off about 2 / count of the distance, and costs one for each curve of the class. */
 	double *off = mem_array(n, sizeof *off);
 	bool *raise = mem_array(n, sizeof *raise);
 	for (size_t c = 0; c < n; c++)
@@ -115,7 +116,8 @@ size_t uncross(struct curvefit *fit, const struct polyline *line, const struct c
 				const size_t pair[2] = {segment[i].chain, segment[j].chain};
 				for (int k = 0; k < 2; k++)
 					if (off[pair[k]] < 0)
-						off[pair[k]] = stand_off(fit + pair[k]) / (double)class_size[pair[k]];
+						off[pair[k]] = stand_off(fit + pair[k]) /
+							       (double)(fit[pair[k]].count * class_size[pair[k]]);
 				raise[off[pair[1]] > off[pair[0]] ? pair[1] : pair[0]] = true;
 			}
 	}
