@@ -265,8 +265,46 @@ static double dot(const double *a, const double *b, size_t count)
 	return (s[0] + s[1]) + (s[2] + s[3]);
 }
 
-/* Rows that are worked on together: a row above is then read once for all of them. */
+/* sum[r] = a . row r, of four rows stride apart: each number of a is read once for all, and no addition waits for another. */
+static void four_dots(double sum[4], const double *a, const double *row, size_t stride, size_t count)
+{
+	const double *one = row + stride, *two = one + stride, *three = two + stride;
+	double s[4][2] = {{0, 0}, {0, 0}, {0, 0}, {0, 0}};
+	size_t k = 0;
+	for (; k + 2 <= count; k += 2)
+		for (size_t l = 0; l < 2; l++) {
+			const double x = a[k + l];
+			s[0][l] += x * row[k + l];
+			s[1][l] += x * one[k + l];
+			s[2][l] += x * two[k + l];
+			s[3][l] += x * three[k + l];
+		}
+	if (k < count) {
+		s[0][0] += a[k] * row[k];
+		s[1][0] += a[k] * one[k];
+		s[2][0] += a[k] * two[k];
+		s[3][0] += a[k] * three[k];
+	}
+	for (int r = 0; r < 4; r++)
+		sum[r] = s[r][0] + s[r][1];
+}
+
+/* Rows that are worked on together, a multiple of 4: rows above are then read once for all of them. */
 enum { ROW_BLOCK = 24 };
+
+/* Entries j to j + 3 of row i, all rows above i being done. */
+static void finish_four(double *row, const double *above, size_t n, size_t j)
+{
+	double sum[4];
+	four_dots(sum, row, above + j * n, n, j);
+	for (size_t r = 0; r < 4; r++) {
+		const double *other = above + (j + r) * n;
+		double x = row[j + r] - sum[r];
+		for (size_t k = j; k < j + r; k++)
+			x -= row[k] * other[k];
+		row[j + r] = x / other[j + r];
+	}
+}
 
 /* Cholesky in place, rows of the lower triangle; then x := A^-1 x. */
 static bool dense_solve(double *a, double *x, size_t n)
@@ -274,17 +312,18 @@ static bool dense_solve(double *a, double *x, size_t n)
 	double largest = 0, smallest = INFINITY;
 	for (size_t first = 0; first < n; first += ROW_BLOCK) {
 		const size_t end = first + ROW_BLOCK < n ? first + ROW_BLOCK : n;
-		for (size_t j = 0; j < end; j++) {
+		for (size_t j = 0; j < first; j += 4)
+			for (size_t i = first; i < end; i++)
+				finish_four(a + i * n, a, n, j);
+		for (size_t j = first; j < end; j++) {
 			double *aj = a + j * n;
-			if (j >= first) {
-				const double pivot = aj[j] - dot(aj, aj, j);
-				if (!(pivot > 0))
-					return false;
-				aj[j] = sqrt(pivot);
-				largest = fmax(largest, pivot);
-				smallest = fmin(smallest, pivot);
-			}
-			for (size_t i = j < first ? first : j + 1; i < end; i++)
+			const double pivot = aj[j] - dot(aj, aj, j);
+			if (!(pivot > 0))
+				return false;
+			aj[j] = sqrt(pivot);
+			largest = fmax(largest, pivot);
+			smallest = fmin(smallest, pivot);
+			for (size_t i = j + 1; i < end; i++)
 				a[i * n + j] = (a[i * n + j] - dot(a + i * n, aj, j)) / aj[j];
 		}
 	}
