@@ -232,11 +232,70 @@ struct chain_entry {
 	idx_t low, high, chain;
 };
 
+/* A tree of boxes over the segments of a chain, in its order: node k of a chain has children 2 k + 1 and 2 k + 2; the leaves are
+ * runs of segments. Walking it from the front visits few of them, since a chain is a curve. */
+enum { RUN_SEGMENTS = 8 };
+
+struct chain_box {
+	double low[3], high[3];
+};
+
 struct chain_index {
 	const struct border_network *border;
 	const double *xyz;
 	struct chain_entry *entry;
+	size_t *box_start;      /* a chain: its first box; runs come last among them */
+	size_t *run_count;      /* a chain: a power of two, runs behind the end are empty */
+	struct chain_box *box;
 };
+
+static size_t segment_count(const struct border_chain *chain) { return chain->closed ? chain->count : chain->count - 1; }
+
+static void make_boxes(struct chain_index *index)
+{
+	const struct border_network *border = index->border;
+	index->box_start = mem_array(border->chain_count + 1, sizeof *index->box_start);
+	index->run_count = mem_array(border->chain_count, sizeof *index->run_count);
+	for (size_t c = 0; c < border->chain_count; c++) {
+		size_t runs = 1;
+		while (runs * RUN_SEGMENTS < segment_count(&border->chain[c]))
+			runs *= 2;
+		index->run_count[c] = runs;
+		index->box_start[c + 1] = index->box_start[c] + 2 * runs - 1;
+	}
+	index->box = mem_array(index->box_start[border->chain_count], sizeof *index->box);
+	for (size_t c = 0; c < border->chain_count; c++) {
+		const struct border_chain *chain = &border->chain[c];
+		const idx_t *vertex = &border->vertex[chain->first];
+		const size_t runs = index->run_count[c], segments = segment_count(chain);
+		struct chain_box *box = &index->box[index->box_start[c]];
+		for (size_t b = 2 * runs - 1; b-- > 0;) {
+			for (int k = 0; k < 3; k++)
+				box[b].low[k] = INFINITY, box[b].high[k] = -INFINITY;
+			const bool is_run = b + 1 >= runs;
+			const size_t first = is_run ? RUN_SEGMENTS * (b + 1 - runs) : 0;
+			for (size_t s = first; is_run && s < segments + 1 && s <= first + RUN_SEGMENTS && first < segments; s++)
+				for (int k = 0; k < 3; k++) {
+					const double x = index->xyz[3 * (size_t)vertex[s % chain->count] + (size_t)k];
+					box[b].low[k] = fmin(box[b].low[k], x), box[b].high[k] = fmax(box[b].high[k], x);
+				}
+			for (size_t child = 2 * b + 1; !is_run && child <= 2 * b + 2; child++)
+				for (int k = 0; k < 3; k++)
+					box[b].low[k] = fmin(box[b].low[k], box[child].low[k]), box[b].high[k] = fmax(box[b].high[k], box[child].high[k]);
+		}
+	}
+}
+
+/* Infinite for the box of nothing. */
+static double box_distance(const struct chain_box *box, const double p[3])
+{
+	double squared = 0;
+	for (int k = 0; k < 3; k++) {
+		const double out = fmax(fmax(box->low[k] - p[k], p[k] - box->high[k]), 0);
+		squared += out * out;
+	}
+	return sqrt(squared);
+}
 
 static int compare_entries(const void *a, const void *b)
 {
@@ -251,21 +310,77 @@ static int compare_entries(const void *a, const void *b)
 struct chain_index *chain_index_new(const struct border_network *border, const double *xyz)
 {
 	struct chain_index *index = mem_array(1, sizeof *index);
-	*index = (struct chain_index){border, xyz, mem_array(border->chain_count, sizeof *index->entry)};
+	*index = (struct chain_index){.border = border, .xyz = xyz, .entry = mem_array(border->chain_count, sizeof *index->entry)};
 	for (size_t c = 0; c < border->chain_count; c++) {
 		const struct border_chain *chain = &border->chain[c];
 		index->entry[c] = (struct chain_entry){chain->left < chain->right ? chain->left : chain->right,
 		                                       chain->left < chain->right ? chain->right : chain->left, (idx_t)c};
 	}
 	qsort(index->entry, border->chain_count, sizeof *index->entry, compare_entries);
+	make_boxes(index);
 	return index;
 }
 
 void chain_index_free(struct chain_index *index)
 {
 	if (index)
-		free(index->entry);
+		free(index->entry), free(index->box_start), free(index->run_count), free(index->box);
 	free(index);
+}
+
+/* Where the nearest point on some chains is so far. */
+struct chain_foot {
+	double distance, point[3], tangent[3];
+};
+
+static void search_run(struct chain_foot *best, const struct chain_index *index, const struct border_chain *chain, size_t run, const double p[3])
+{
+	const idx_t *vertex = &index->border->vertex[chain->first];
+	const size_t segments = segment_count(chain);
+	for (size_t s = RUN_SEGMENTS * run; s < RUN_SEGMENTS * (run + 1) && s < segments; s++) {
+		const double *a = &index->xyz[3 * (size_t)vertex[s]], *b = &index->xyz[3 * (size_t)vertex[(s + 1) % chain->count]];
+		double ab[3], ap[3], foot[3];
+		sub3(ab, b, a);
+		sub3(ap, p, a);
+		const double squared = dot3(ab, ab);
+		double t = squared > 0 ? dot3(ap, ab) / squared : 0;
+		t = t < 0 ? 0 : t > 1 ? 1 : t;
+		copy3(foot, a);
+		add_scaled3(foot, t, ab);
+		const double distance = distance3(foot, p);
+		if (distance < best->distance) {
+			best->distance = distance;
+			copy3(best->point, foot);
+			copy3(best->tangent, ab);
+		}
+	}
+}
+
+/* The nearer half first. */
+static void search_chain(struct chain_foot *best, const struct chain_index *index, size_t c, const double p[3])
+{
+	const size_t runs = index->run_count[c];
+	const struct chain_box *box = &index->box[index->box_start[c]];
+	struct {
+		size_t node;
+		double distance;
+	} stack[64]; /* one a level */
+	size_t depth = 0;
+	stack[depth].node = 0;
+	stack[depth++].distance = box_distance(&box[0], p);
+	while (depth > 0) {
+		const size_t node = stack[--depth].node;
+		if (!(stack[depth].distance < best->distance))
+			continue;
+		if (node + 1 >= runs) {
+			search_run(best, index, &index->border->chain[c], node + 1 - runs, p);
+			continue;
+		}
+		const double one = box_distance(&box[2 * node + 1], p), two = box_distance(&box[2 * node + 2], p);
+		const size_t far = one <= two ? 2 : 1;
+		stack[depth].node = 2 * node + far, stack[depth++].distance = one <= two ? two : one;
+		stack[depth].node = 2 * node + 3 - far, stack[depth++].distance = one <= two ? one : two;
+	}
 }
 
 bool chain_nearest(double point[3], double tangent[3], const struct chain_index *index, idx_t patch, idx_t patch2, const double p[3])
@@ -279,30 +394,12 @@ bool chain_nearest(double point[3], double tangent[3], const struct chain_index 
 		else
 			high = middle;
 	}
-	double best = INFINITY;
-	for (size_t e = low; e < index->border->chain_count && index->entry[e].low == want.low && index->entry[e].high == want.high; e++) {
-		const struct border_chain *chain = &index->border->chain[index->entry[e].chain];
-		const idx_t *vertex = &index->border->vertex[chain->first];
-		const size_t segments = chain->closed ? chain->count : chain->count - 1;
-		for (size_t s = 0; s < segments; s++) {
-			const double *a = &index->xyz[3 * (size_t)vertex[s]], *b = &index->xyz[3 * (size_t)vertex[(s + 1) % chain->count]];
-			double ab[3], ap[3], foot[3];
-			sub3(ab, b, a);
-			sub3(ap, p, a);
-			const double squared = dot3(ab, ab);
-			double t = squared > 0 ? dot3(ap, ab) / squared : 0;
-			t = t < 0 ? 0 : t > 1 ? 1 : t;
-			copy3(foot, a);
-			add_scaled3(foot, t, ab);
-			const double distance = distance3(foot, p);
-			if (distance < best) {
-				best = distance;
-				copy3(point, foot);
-				copy3(tangent, ab);
-			}
-		}
-	}
-	return isfinite(best) && normalise3(tangent) > 0;
+	struct chain_foot best = {.distance = INFINITY};
+	for (size_t e = low; e < index->border->chain_count && index->entry[e].low == want.low && index->entry[e].high == want.high; e++)
+		search_chain(&best, index, (size_t)index->entry[e].chain, p);
+	copy3(point, best.point);
+	copy3(tangent, best.tangent);
+	return isfinite(best.distance) && normalise3(tangent) > 0;
 }
 
 struct foot terms_foot(const struct terms *terms, const struct target *target, size_t sample, idx_t hint[2])
