@@ -298,7 +298,7 @@ bool grow_dual_torus(struct grower *g, struct dense_patch *patch, const idx_t *p
 	const size_t points = gather_points(g, part, count);
 	for (size_t i = 0; i < points; i++)
 		add_scaled3(middle, 1 / (double)points, g->points + 3 * i);
-	if (!primitive_dual_torus(&dual, patch, middle) || !primitive_fit(&dual, g->points, NULL, points, 20))
+	if (!primitive_dual_torus(&dual, patch, middle) || !primitive_fit(&dual, g->points, NULL, points, 12))
 		return false;
 	primitive_residual(patch, g->points, points, NULL, &before);
 	primitive_residual(&dual, g->points, points, NULL, &after);
