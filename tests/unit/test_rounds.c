@@ -290,8 +290,8 @@ static void test_threads(void **state)
 	for (int threads = 1; threads <= 2; threads++) {
 		struct rig rig;
 		omp_set_num_threads(threads);
-		rig_make(&rig, disc(8, PATCH_SPHERE, half_ball_place), 8e-3, 3e-3);
-		rig.rounds.limit = 2;
+		rig_make(&rig, disc(6, PATCH_SPHERE, half_ball_place), 8e-3, 3e-3);
+		rig.rounds.limit = 1;
 		free(fit(&rig));
 		draft_copy(&result[threads - 1], &rig.draft);
 		rig_free(&rig);
