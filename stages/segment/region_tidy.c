@@ -14,7 +14,7 @@
 #define ABSORB_PASSES 12
 #define IDENTIFY_ANGLE 0.05 /* radians */
 #define STRIP_AREA_MOST 10.0 /* least areas */
-#define SPECK_TRIANGLES_MOST 12
+#define SPECK_TRIANGLES_MOST 24
 
 void tidy_free_regions(struct regions *r)
 {

@@ -157,7 +157,7 @@ static void absorb_specks(struct regions *r, const unsigned char *level, const d
 	bool is_noisy = false;
 	for (size_t t = 0; t < f->triangle_count; t++) {
 		const double d = distance[level[f->smooth_part[t]]];
-		reach[r->label[t]] = 3 * d;
+		reach[r->label[t]] = (d > NOISY_DISTANCE ? 6 : 3) * d;
 		is_noisy = is_noisy || d > NOISY_DISTANCE;
 	}
 	for (size_t i = 0; i < r->count; i++)
