@@ -9,13 +9,14 @@ PREFIX ?= /usr/local
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
 CFLAGS ?= -O2 -g
 CXXFLAGS ?= $(CFLAGS)
+OPENMP ?= -fopenmp
 
 WARN = -Wall -Wextra -Wshadow -Wconversion -Wno-sign-conversion -Wvla -Wstrict-prototypes -Wmissing-prototypes \
 	-Werror=implicit-function-declaration $(WERROR)
 # -ffp-contract=off: clang, and gcc with gnu11, fuse a*b+c by default, and the same input must give the same bytes.
-all_cflags = -std=c11 -D_GNU_SOURCE -I. $(WARN) -ffp-contract=off -fopenmp -MMD -MP $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer) $(CFLAGS)
+all_cflags = -std=c11 -D_GNU_SOURCE -I. $(WARN) -ffp-contract=off $(OPENMP) -MMD -MP $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer) $(CFLAGS)
 all_cxxflags = -std=c++17 -I. -Wall -Wextra $(WERROR) -ffp-contract=off -MMD -MP $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer) $(CXXFLAGS)
-all_ldflags = -fopenmp -Wl,--as-needed $(if $(SAN),-fsanitize=$(SAN)) $(LDFLAGS)
+all_ldflags = $(OPENMP) -Wl,--as-needed $(if $(SAN),-fsanitize=$(SAN)) $(LDFLAGS)
 OPENMESH = -lOpenMeshTools -lOpenMeshCore
 LIBS = $(OPENMESH) -lembree3 -lcholmod -llapacke -lz -lpng -lOSMesa -lm
 
@@ -189,13 +190,13 @@ FUZZ_TARGETS := $(FUZZ_C:tests/fuzz/%.c=build/fuzz/%)
 FUZZ_FLAGS = -fsanitize=fuzzer-no-link,address,undefined
 .PHONY: fuzz
 fuzz: | $(deps_first)
-	@$(MAKE) --no-print-directory CC=clang CXX=clang++ BUILD=build/fuzz/objects \
+	@$(MAKE) --no-print-directory CC=clang CXX=clang++ BUILD=build/fuzz/objects OPENMP=-Wno-unknown-pragmas \
 	CFLAGS='-O1 -g $(FUZZ_FLAGS)' CXXFLAGS='-O1 -g $(FUZZ_FLAGS)' fuzz-build
 	@for t in $(FUZZ_TARGETS); do sh tests/tools/fuzz $$t $(FUZZ_SECONDS) || exit 1; done
 .PHONY: fuzz-build
 fuzz-build: $(FUZZ_TARGETS)
 build/fuzz/fuzz_%: build/fuzz/objects/tests/fuzz/fuzz_%.c.o build/fuzz/objects/libcagewright.a
-	$(CXX) -fsanitize=fuzzer,address,undefined -fopenmp -o $@ $^ -lcmocka $(LIBS)
+	$(CXX) -fsanitize=fuzzer,address,undefined -Wl,--as-needed -o $@ $^ -lcmocka $(LIBS)
 
 # --- lint --------------------------------------------------------------------------------------------------------
 LINT_C := $(sort $(wildcard formats/*.c stages/*/*.c tests/unit/*.c tests/fixtures/*.c tests/train/*.c tests/bench/*.c tests/fuzz/*.c))
