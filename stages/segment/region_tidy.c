@@ -265,7 +265,8 @@ size_t tidy_specks(struct regions *r, const double *speck_area, const double *re
 			const idx_t a = side ? border[i].high : border[i].low, b = side ? border[i].low : border[i].high;
 			if (!is_speck[a] || is_speck[b] || border[i].length <= length[a])
 				continue;
-			const double far = fmax(reach[a], reach[b]);
+			/* a facet or two alone between sharp edges of a rough mesh is a burr, even if it sticks out */
+			const double far = start[a + 1] - start[a] <= 2 ? fmax(reach[a], 3 * reach[b]) : fmax(reach[a], reach[b]);
 			if (r->patch[b].kind == PATCH_FREE || grow_residual(f, &r->patch[b], member + start[a], start[a + 1] - start[a]) <= far) {
 				into[a] = b;
 				length[a] = border[i].length;
