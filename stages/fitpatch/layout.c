@@ -269,6 +269,10 @@ bool layout_patch(enum layout_kind *kind, struct layout_context *context, idx_t 
 	sheet_build(&sheet, &dense_vertex, list, count, context->dense->triangle, context->dense_twin, context->dense->xyz);
 	free(dense_vertex);
 	const size_t least = anchors_apply(&sheet, context->anchors, context->dense);
+	if (least == SIZE_MAX && count > 0) {
+		sheet_free(&sheet);
+		return fault_set(fault, EX_BAD_INPUT, "patch %" PRIidx " has no border: rectify cuts such patches", patch);
+	}
 	if (least < 3) {
 		sheet_free(&sheet);
 		return fault_set(fault, EX_BAD_INPUT, "patch %" PRIidx ": a border loop has %zu control points, needs 3", patch, least);

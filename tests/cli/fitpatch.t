@@ -173,6 +173,9 @@ without curve 0 cylinder.fitcurves.ply >missing.ply
 refuses 3 'missing.ply: patch [0-9]*: a border loop has 0 control points, needs 3' 'a curve deleted' --mesh cylinder.rectify.ply missing.ply
 without curve 0 missing.ply >none.ply
 refuses 3 'none.ply: patch 0: a border loop has 0 control points, needs 3' 'no curves' --mesh cylinder.rectify.ply none.ply
+awk -v from="$(line face 0 cylinder.rectify.ply)" -v count="$(rows face cylinder.rectify.ply | wc -l)" \
+	'NR >= from && NR < from + count {$NF = 0} {print}' cylinder.rectify.ply >closed.ply
+refuses 3 'none.ply: patch 0 has no border: rectify cuts such patches' 'one closed patch' --mesh closed.ply none.ply
 for share in 10 50 90 99; do
 	for f in fitcurves rectify; do
 		head -c "$(($(wc -c <cylinder.$f.ply) * share / 100))" cylinder.$f.ply >cut.ply
