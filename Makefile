@@ -220,10 +220,11 @@ build/lint/gcc/%.c.o build/lint/clang/%.c.o: %.c | $(deps_first)
 build/lint/gcc/%.cpp.o build/lint/clang/%.cpp.o: %.cpp | $(deps_first)
 	@mkdir -p $(@D)
 	$(call say,$(CXX) $<)$(CXX) $(CPPFLAGS) $(all_cxxflags) -c -o $@ $<
+# The unit tests are left to the compilers: they take longest, and cannot harm a user.
 lint-cppcheck: | $(deps_first)
 	@mkdir -p build/lint/cppcheck
 	cppcheck -q -j$(JOBS) --cppcheck-build-dir=build/lint/cppcheck --error-exitcode=1 --std=c11 --language=c -I. -D_GNU_SOURCE --inline-suppr \
-	--enable=warning,performance,portability --suppressions-list=tests/tools/cppcheck.txt $(filter-out tests/fuzz/%,$(LINT_C))
+	--enable=warning,performance,portability --suppressions-list=tests/tools/cppcheck.txt $(filter-out tests/fuzz/% tests/unit/% tests/train/%,$(LINT_C))
 lint-sh: | $(deps_first)
 	shellcheck -s sh -S warning -e SC3013 $(LINT_SH)
 lint-man: | $(deps_first)
