@@ -15,6 +15,8 @@ enum { FOLD_ROUNDS = 3, MOST_DETAIL = 8, CAREFUL_ATTEMPTS = 3 };
 /* Rounds in a row that may pass without getting better. */
 enum { STALE_ROUNDS = 3 };
 enum { MOST_FACES_AT_LEAST = 400, FACES_DIVISOR = 8 };
+/* Faces fitted in all rounds together: a bound of the time, some half a minute. */
+enum { MOST_FACES_FITTED = 5000 };
 
 bool rounds_layout(struct draft *draft, const struct rounds *rounds, const struct layouts *layouts, const unsigned char *chosen, struct fault *fault)
 {
@@ -209,9 +211,10 @@ static bool fit_better(struct draft *draft, struct patch_error *error, struct fa
 	if (good && old_points > 0 && first >= least) {
 		struct patch_error *other_error = mem_array(dense->patch_count, sizeof *other_error);
 		struct face_error *other_face;
-		good = fit_round(&other, other_error, &other_face, old_points, true, rounds, layouts, again, fault);
+		struct fault other_fault = {0}; /* the first way worked: this one may fail */
+		const bool other_good = fit_round(&other, other_error, &other_face, old_points, true, rounds, layouts, again, &other_fault);
 		state = whole_part(other_error, dense);
-		if (good && badness(&state, &rounds->bounds) < first) {
+		if (other_good && badness(&state, &rounds->bounds) < first) {
 			draft_free(draft);
 			free(*face_error);
 			*draft = other;
@@ -236,7 +239,7 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 	double least = INFINITY;
 	bool good = false;
 	int stale = 0;
-	size_t old_points = 0;
+	size_t old_points = 0, fitted = 0;
 	for (int round = 0;; round++) {
 		struct face_error *face_error;
 		good = fit_better(draft, error, &face_error, old_points, least, rounds, layouts, plan.again, fault);
@@ -258,7 +261,8 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 		old_points = draft->control.count;
 		const size_t wanted = plan_round(&plan, &anew, layouts, error, &state, rounds);
 		/* A cage that nears the size of the mesh is none (the patch method's section 10, hazard 23). */
-		const bool is_large = draft->polygons.count > MOST_FACES_AT_LEAST && draft->polygons.count > dense->triangle_count / FACES_DIVISOR;
+		fitted += draft->polygons.count;
+		const bool is_large = fitted > MOST_FACES_FITTED || (draft->polygons.count > MOST_FACES_AT_LEAST && draft->polygons.count > dense->triangle_count / FACES_DIVISOR);
 		if (wanted && round < rounds->limit && !is_large)
 			steps = enrich(draft, rounds->target, error, face_error, plan.want, rounds->bounds.max, plan.touched);
 		free(face_error);
@@ -268,6 +272,12 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 		for (size_t p = 0; p < patches; p++)
 			plan.again[p] |= plan.touched[p] && is_plane(dense, p);
 		rounds->say("%zu patches out of bounds or folded, %zu refinements, %zu laid out with more detail", wanted, steps, anew);
+	}
+	/* A refinement that ends in no manifold costs its round, not the part. */
+	if (!good && isfinite(least)) {
+		rounds->say("%s: the round before is kept", fault->text);
+		*fault = (struct fault){0};
+		good = true;
 	}
 	if (good) {
 		draft_free(draft);
