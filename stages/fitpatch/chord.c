@@ -101,8 +101,7 @@ void chord_close(struct chord_context *context)
 
 static struct foot foot_on_patch(const struct chord_context *context, const double p[3])
 {
-	const struct nearest_filter filter = {.label = context->dense->label, .only = context->patch};
-	return nearest_point(context->nearest, p, INFINITY, &filter);
+	return frame_foot(context->nearest, context->dense, context->patch, p);
 }
 
 /* SC = min(sum a theta_min, sum a theta_max) / sum a over samples of the chord laid on the surface (its feet stand for the

@@ -199,8 +199,7 @@ static void spread(struct mesh_edit *edit, idx_t a, idx_t b, idx_t point)
 
 static struct foot foot_of(const struct mesh_edit *edit, idx_t patch, const double p[3])
 {
-	const struct nearest_filter filter = {.label = edit->target->dense->label, .only = patch};
-	return nearest_point(edit->target->nearest, p, INFINITY, &filter);
+	return frame_foot(edit->target->nearest, edit->target->dense, patch, p);
 }
 
 static void edge_frame(struct frame *frame, double middle[3], const struct mesh_edit *edit, idx_t patch, idx_t a, idx_t b)

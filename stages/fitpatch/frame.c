@@ -6,6 +6,12 @@
 #include "stages/geometry/eigen3.h"
 #include "stages/geometry/vector.h"
 
+struct foot frame_foot(const struct nearest *nearest, const struct dense *dense, idx_t patch, const double p[3])
+{
+	const struct nearest_filter filter = {.label = dense->label, .only = patch};
+	return nearest_point(nearest, p, INFINITY, &filter);
+}
+
 void frame_at(struct frame *frame, const struct dense *dense, const struct foot *foot)
 {
 	double tensor[6] = {0}, anisotropy = 0;

@@ -12,6 +12,9 @@ struct frame {
 	double anisotropy;   /* [0, 1]: how much e1 can be trusted */
 };
 
+/* Nearest point of one patch. */
+struct foot frame_foot(const struct nearest *nearest, const struct dense *dense, idx_t patch, const double p[3]);
+
 /* Curvature tensors of the three wedges are interpolated, then decomposed: interpolated directions would cancel where they
  * differ in sign only (the patch method's section 5.4). */
 void frame_at(struct frame *frame, const struct dense *dense, const struct foot *foot);

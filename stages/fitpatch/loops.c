@@ -53,8 +53,7 @@ void loops_free(struct loops *loops)
 
 static struct foot foot_on(const struct layout_context *context, idx_t patch, const double p[3])
 {
-	const struct nearest_filter filter = {.label = context->dense->label, .only = patch};
-	return nearest_point(context->nearest, p, INFINITY, &filter);
+	return frame_foot(context->nearest, context->dense, patch, p);
 }
 
 /* Rows of control points needed between a and b so that the bending between them is met. Natural-end B-spline arcs of m inner

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <stdlib.h>
 
+#include "stages/fitpatch/frame.h"
 #include "stages/geometry/polygon.h"
 #include "stages/geometry/vector.h"
 
@@ -89,12 +90,11 @@ static bool covers_target(const struct layout_context *context, const struct mer
 		return true;
 	double centre[3], normal[3];
 	polygon_plane(centre, normal, context->control->xyz, corner, count);
-	const struct nearest_filter filter = {.label = context->dense->label, .only = patch};
 	for (size_t i = 0; i <= count; i++) {
 		double p[3];
 		for (int k = 0; k < 3; k++)
 			p[k] = i == count ? centre[k] : (centre[k] + context->control->xyz[3 * (size_t)corner[i] + (size_t)k]) / 2;
-		const struct foot foot = nearest_point(context->nearest, p, INFINITY, &filter);
+		const struct foot foot = frame_foot(context->nearest, context->dense, patch, p);
 		if (foot.distance > options->flat || dot3(foot.normal, normal) < 0.98)
 			return false;
 	}

@@ -11,7 +11,7 @@ struct merge_options {
 
 /* The living triangles of a sheet become polygons over control points (point[v]; all living vertices have one). An edge goes, the worst
  * first, when the union is star-shaped as seen from its centroid (which keeps the first subdivision step unfolded), has no
- * vertex twice, and is a quad or plane. positions: of control points. */
+ * vertex twice, and is a quad or plane. */
 void merge_triangles(struct layout_context *context, struct chord_context *chords, const struct merge_options *options, idx_t patch);
 
 #endif
