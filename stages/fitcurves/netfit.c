@@ -14,6 +14,9 @@
 #include "stages/geometry/nearest.h"
 #include "stages/geometry/vector.h"
 
+/* Cuts through one surface may be this many times as far off as other curves. */
+#define CUT_SHARE 6
+
 struct job {
 	const struct dense *dense;
 	const struct border_network *border;
@@ -201,6 +204,14 @@ static double *chain_points(const struct job *job, size_t c)
 	return xyz;
 }
 
+/* Does the border part two pieces of one surface? */
+static bool is_cut(const struct job *job, size_t c)
+{
+	const struct border_chain *chain = job->border->chain + c;
+	const struct dense_patch *patch = job->dense->patch;
+	return patch && chain->left >= 0 && chain->right >= 0 && patch[chain->left].parent == patch[chain->right].parent;
+}
+
 /* Is the border where it is only because triangles ended there? Between free-form patches or parts of one surface, and where it
  * zigzags; not when the mesh itself is creased or ends there. */
 static bool is_loose(const struct job *job, size_t c, const struct polyline *plain)
@@ -248,6 +259,12 @@ static void fit_chain(struct job *job, size_t c)
 		double *xyz = chain_points(job, c), *relaxed;
 		const size_t count = relax_border(&relaxed, xyz, chain->count, chain->closed, job->dense, job->nearest,
 						  chain->left, chain->right);
+		/* A cut through one surface is best where it is simplest, and no crease with natural ends will come of it. */
+		if (is_cut(job, c) && !chain->closed && job->node[2 * c] != job->node[2 * c + 1] &&
+		    relax_straight(relaxed, count, job->dense, job->nearest, chain->left, chain->right)) {
+			job->limit[c].max *= CUT_SHARE;
+			job->limit[c].mean = job->limit[c].max / 2;
+		}
 		polyline_free(line);
 		polyline_init(line, relaxed, count, chain->closed);
 		for (size_t i = 0; i < line->segment_count; i++) /* edges were halved */

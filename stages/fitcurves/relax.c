@@ -13,6 +13,10 @@
 #define PROJECTIONS 6
 /* Radius of the tube over the local edge length. */
 #define TUBE 0.5
+/* A straight way is one border's when it stays this near, in lengths, and does not jump by this many steps from one part of the
+ * surface to another. */
+#define ASTRAY 0.15
+#define JUMP 4
 
 static void project(double p[3], const struct dense *dense, const struct nearest *nearest, idx_t left, idx_t right)
 {
@@ -74,4 +78,30 @@ size_t relax_border(double **out, const double *xyz, size_t count, bool closed, 
 	free(home), free(reach), free(next);
 	*out = now;
 	return n;
+}
+
+bool relax_straight(double *xyz, size_t count, const struct dense *dense, const struct nearest *nearest, idx_t left, idx_t right)
+{
+	double length = 0;
+	for (size_t i = 1; i < count; i++)
+		length += distance3(xyz + 3 * (i - 1), xyz + 3 * i);
+	double *straight = mem_copy(xyz, 3 * count, sizeof *straight), along = 0, before = 0;
+	const double *from = xyz, *to = xyz + 3 * (count - 1);
+	bool near = true;
+	for (size_t i = 1; near && i < count; i++) {
+		along += distance3(xyz + 3 * (i - 1), xyz + 3 * i);
+		double *p = straight + 3 * i;
+		if (i + 1 < count) {
+			for (size_t k = 0; k < 3; k++)
+				p[k] = from[k] + along / length * (to[k] - from[k]);
+			project(p, dense, nearest, left, right);
+		}
+		const double step = distance3(p - 3, p);
+		near = distance3(p, xyz + 3 * i) <= ASTRAY * length && step <= JUMP * (along - before);
+		before = along;
+	}
+	if (near)
+		memcpy(xyz, straight, 3 * count * sizeof *xyz);
+	free(straight);
+	return near;
 }

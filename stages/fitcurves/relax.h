@@ -15,4 +15,8 @@
 size_t relax_border(double **out, const double *xyz, size_t count, bool closed, const struct dense *dense,
 		    const struct nearest *nearest, idx_t left, idx_t right);
 
+/* Move the inner points of an open border (count >= 2) to the straight line between its ends, laid on the triangles of patches left
+ * and right. False, and nothing moved, when that strays too far from the border. */
+bool relax_straight(double *xyz, size_t count, const struct dense *dense, const struct nearest *nearest, idx_t left, idx_t right);
+
 #endif

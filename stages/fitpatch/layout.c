@@ -286,6 +286,8 @@ bool layout_patch(enum layout_kind *kind, struct layout_context *context, idx_t 
 			*kind = LAYOUT_BAND, done = true;
 		else if (loops_grid(context, &sheet, &loops, patch))
 			*kind = LAYOUT_GRID, done = true;
+		else if (loops_dome(context, &sheet, &loops, patch))
+			*kind = LAYOUT_DOME, done = true;
 	}
 	const size_t loop_count = loops.count;
 	const double limit = context->detail[patch] ? ldexp(16 * context->tolerance, -context->detail[patch]) : INFINITY;

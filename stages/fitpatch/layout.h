@@ -35,7 +35,7 @@ void polygons_by_patch(struct polygons *polygons, size_t patch_count);
 void polygons_free(struct polygons *polygons);
 
 /* How a patch was laid out, for the report. */
-enum layout_kind { LAYOUT_FACE, LAYOUT_BAND, LAYOUT_GRID, LAYOUT_CHORDS, LAYOUT_KIND_COUNT };
+enum layout_kind { LAYOUT_FACE, LAYOUT_BAND, LAYOUT_GRID, LAYOUT_DOME, LAYOUT_CHORDS, LAYOUT_KIND_COUNT };
 
 struct layout_context {
 	const struct dense *dense;

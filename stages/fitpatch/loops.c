@@ -152,19 +152,35 @@ bool loops_band(struct layout_context *context, const struct sheet *sheet, const
 	return true;
 }
 
+/* Are there four nodes where the border turns? By the mesh, or by the control points: cuts through a surface run in steps along
+ * the mesh, and their first step says nothing. */
+static bool four_corners(size_t corner[4], const struct layout_context *context, const struct sheet *sheet, const struct loops *loops, bool by_mesh)
+{
+	const size_t n = loops->start[1];
+	size_t corners = 0;
+	for (size_t i = 0; i < n; i++) {
+		if (context->control->role[sheet->point[loops->vertex[i]]] == POINT_CREASE)
+			continue;
+		double in[3], out[3];
+		const double *at = &sheet->xyz[3 * (size_t)loops->vertex[i]];
+		sub3(in, at, &sheet->xyz[3 * (size_t)loops->vertex[(i + n - 1) % n]]);
+		sub3(out, &sheet->xyz[3 * (size_t)loops->vertex[(i + 1) % n]], at);
+		if ((by_mesh ? loops->turn_deg[i] : angle3(in, out) * DEGREES) <= side_turn_deg)
+			continue;
+		if (corners == 4)
+			return false;
+		corner[corners++] = i;
+	}
+	return corners == 4;
+}
+
 bool loops_grid(struct layout_context *context, const struct sheet *sheet, const struct loops *loops, idx_t patch)
 {
 	if (loops->count != 1)
 		return false;
 	const size_t n = loops->start[1];
-	size_t corner[4], corners = 0;
-	for (size_t i = 0; i < n; i++)
-		if (loops->turn_deg[i] > side_turn_deg && context->control->role[sheet->point[loops->vertex[i]]] != POINT_CREASE) {
-			if (corners == 4)
-				return false;
-			corner[corners++] = i;
-		}
-	if (corners != 4)
+	size_t corner[4];
+	if (!four_corners(corner, context, sheet, loops, true) && !four_corners(corner, context, sheet, loops, false))
 		return false;
 	const size_t across = corner[1] - corner[0], along = corner[2] - corner[1];
 	if (corner[3] - corner[2] != across || n - (corner[3] - corner[0]) != along)
@@ -223,4 +239,96 @@ bool loops_grid(struct layout_context *context, const struct sheet *sheet, const
 	}
 	free(g), free(at);
 	return good;
+}
+
+/* The point of the patch over the middle of its only loop: the vertex nearest to the line through it along the loop's area vector. */
+static bool find_pole(double pole[3], double axis[3], double centre[3], const struct sheet *sheet, const struct loops *loops)
+{
+	const size_t n = loops->start[1];
+	centre[0] = centre[1] = centre[2] = 0;
+	axis[0] = axis[1] = axis[2] = 0;
+	for (size_t i = 0; i < n; i++)
+		add_scaled3(centre, 1.0 / (double)n, &sheet->xyz[3 * (size_t)loops->vertex[i]]);
+	for (size_t i = 0; i < n; i++) {
+		double doubled[3];
+		area_vector3(doubled, centre, &sheet->xyz[3 * (size_t)loops->vertex[i]], &sheet->xyz[3 * (size_t)loops->vertex[(i + 1) % n]]);
+		add_scaled3(axis, 1, doubled);
+	}
+	if (!(normalise3(axis) > 0))
+		return false;
+	double least = INFINITY;
+	for (size_t v = 0; v < sheet->vertex_count; v++) {
+		if (sheet->outgoing[v] == NO_INDEX || sheet_on_border(sheet, (idx_t)v))
+			continue;
+		double offset[3];
+		sub3(offset, &sheet->xyz[3 * v], centre);
+		add_scaled3(offset, -dot3(offset, axis), axis);
+		const double away = norm3(offset);
+		if (away < least)
+			least = away, copy3(pole, &sheet->xyz[3 * v]);
+	}
+	return isfinite(least);
+}
+
+/* Does every point of the loop lie on from the one before, seen along the axis? */
+static bool runs_around(const double axis[3], const double centre[3], const struct sheet *sheet, const struct loops *loops)
+{
+	const size_t n = loops->start[1];
+	for (size_t i = 0; i < n; i++) {
+		double doubled[3];
+		area_vector3(doubled, centre, &sheet->xyz[3 * (size_t)loops->vertex[i]], &sheet->xyz[3 * (size_t)loops->vertex[(i + 1) % n]]);
+		if (!(dot3(doubled, axis) > 0.3 * norm3(doubled)))
+			return false;
+	}
+	return true;
+}
+
+bool loops_dome(struct layout_context *context, const struct sheet *sheet, const struct loops *loops, idx_t patch)
+{
+	if (loops->count != 1)
+		return false;
+	const size_t n = loops->start[1];
+	if (n < 4)
+		return false;
+	for (size_t i = 0; i < n; i++)
+		if (context->control->role[sheet->point[loops->vertex[i]]] != POINT_CREASE)
+			return false;
+	double centre[3], axis[3], pole[3];
+	if (!find_pole(pole, axis, centre, sheet, loops) || !runs_around(axis, centre, sheet, loops))
+		return false;
+	size_t rows = 0;
+	for (size_t i = 0; i < n; i++) {
+		const size_t here = rows_between(context, patch, &sheet->xyz[3 * (size_t)loops->vertex[i]], pole);
+		rows = here > rows ? here : rows;
+	}
+	if (rows == 0)
+		return false; /* as good as flat */
+	/* An even ring is closed by quads around the pole, another by a polygon: that spans two steps of its rows in one. */
+	const bool has_pole = n % 2 == 0 && n >= 6;
+	const double steps = (double)rows + (has_pole ? 1 : 0.5);
+	idx_t *ring = mem_array(2 * n, sizeof *ring), *last = ring, *next = ring + n;
+	for (size_t i = 0; i < n; i++)
+		last[i] = sheet->point[loops->vertex[i]];
+	for (size_t row = 1; row <= rows; row++) {
+		for (size_t i = 0; i < n; i++) {
+			double p[3];
+			const double t = (double)row / steps;
+			for (int k = 0; k < 3; k++)
+				p[k] = (1 - t) * sheet->xyz[3 * (size_t)loops->vertex[i] + (size_t)k] + t * pole[k];
+			next[i] = control_add(context->control, foot_on(context, patch, p).point, POINT_INSIDE);
+		}
+		for (size_t i = 0; i < n; i++)
+			add_quad(context, patch, last[i], last[(i + 1) % n], next[(i + 1) % n], next[i]);
+		idx_t *swap = last;
+		last = next, next = swap;
+	}
+	if (has_pole) {
+		const idx_t top = control_add(context->control, pole, POINT_INSIDE);
+		for (size_t i = 0; i < n; i += 2)
+			add_quad(context, patch, top, last[i], last[i + 1], last[(i + 2) % n]);
+	} else {
+		polygons_add(context->polygons, last, n, patch);
+	}
+	free(ring);
+	return true;
 }

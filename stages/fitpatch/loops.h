@@ -1,4 +1,4 @@
-/* The border loops of a sheet, as control points, and the layouts that follow from two loops or four sides. */
+/* The border loops of a sheet, as control points, and the layouts that follow from two loops, four sides or a round one. */
 #ifndef CAGEWRIGHT_LOOPS_H
 #define CAGEWRIGHT_LOOPS_H
 
@@ -21,5 +21,8 @@ bool loops_band(struct layout_context *context, const struct sheet *sheet, const
 
 /* One loop with four corners whose opposite sides have equal counts: a grid of quads (Coons 1967, laid on the surface). */
 bool loops_grid(struct layout_context *context, const struct sheet *sheet, const struct loops *loops, idx_t patch);
+
+/* One loop without corners around a part that bulges, such as a half sphere: rings of quads that close at the top. */
+bool loops_dome(struct layout_context *context, const struct sheet *sheet, const struct loops *loops, idx_t patch);
 
 #endif

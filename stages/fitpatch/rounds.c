@@ -63,8 +63,9 @@ bool rounds_layout(struct draft *draft, const struct rounds *rounds, const struc
 		kinds[kind]++;
 	}
 	if (good)
-		rounds->say("laid out %zu patches: %zu one face, %zu bands, %zu grids, %zu by chords; %zu faces in all", kinds[0] + kinds[1] + kinds[2] + kinds[3],
-		            kinds[LAYOUT_FACE], kinds[LAYOUT_BAND], kinds[LAYOUT_GRID], kinds[LAYOUT_CHORDS], draft->polygons.count);
+		rounds->say("laid out %zu patches: %zu one face, %zu bands, %zu grids, %zu domes, %zu by chords; %zu faces in all",
+		            kinds[LAYOUT_FACE] + kinds[LAYOUT_BAND] + kinds[LAYOUT_GRID] + kinds[LAYOUT_DOME] + kinds[LAYOUT_CHORDS], kinds[LAYOUT_FACE],
+		            kinds[LAYOUT_BAND], kinds[LAYOUT_GRID], kinds[LAYOUT_DOME], kinds[LAYOUT_CHORDS], draft->polygons.count);
 	polygons_by_patch(&draft->polygons, dense->patch_count);
 	free(start), free(list);
 	anchors_free(&anchors);
