@@ -200,7 +200,7 @@ build/fuzz/fuzz_%: build/fuzz/objects/tests/fuzz/fuzz_%.c.o build/fuzz/objects/l
 
 # --- lint --------------------------------------------------------------------------------------------------------
 LINT_C := $(sort $(wildcard formats/*.c stages/*/*.c tests/unit/*.c tests/fixtures/*.c tests/train/*.c tests/bench/*.c tests/fuzz/*.c))
-LINT_SH := $(sort .ci/run $(filter-out %.txt,$(wildcard tests/tools/*)) $(wildcard tests/cli/*.t tests/golden/*.t tests/property/*.t tests/bench/bench))
+LINT_SH := $(sort .ci/run $(filter-out %.txt,$(wildcard tests/tools/*)) $(wildcard tests/cli/*.t tests/golden/*.t tests/property/*.t tests/bench/bench pipelines/batch-*))
 LINT_PAGES := $(sort $(wildcard man/man*/*))
 .PHONY: lint lint-gcc lint-clang lint-cppcheck lint-sh lint-man
 lint: lint-gcc lint-clang lint-cppcheck lint-sh lint-man
@@ -240,7 +240,7 @@ docdir = $(DESTDIR)$(PREFIX)/share/doc/cagewright
 install: $(TOOLS)
 	mkdir -p $(bindir) $(datadir) $(docdir) $(mandir)/man1 $(mandir)/man5 $(mandir)/man7
 	install -m 755 $(TOOLS) $(bindir)
-	install -m 644 $(wildcard pipelines/*.mk) $(datadir)
+	install -m 644 $(wildcard pipelines/*) $(datadir)
 	install -m 644 README.md LICENSE NEWS.md $(docdir)
 	for n in 1 5 7; do install -m 644 man/man$$n/*.$$n $(mandir)/man$$n || exit 1; done
 uninstall:

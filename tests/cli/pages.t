@@ -30,7 +30,7 @@ for page in "$ROOT"/man/man1/*.1 "$ROOT"/man/man7/*.7; do
 	esac
 	[ "$lines" -gt 0 ] || continue
 	mkdir -p "$name.d/pipelines"
-	cp "$ROOT"/pipelines/*.mk "$name.d/pipelines"
+	cp "$ROOT"/pipelines/* "$name.d/pipelines"
 	(cd "$name.d" && BIN="$BIN/" sh -e ../"$name.sh") > "$name.out" 2>&1 < /dev/null
 	status=$?
 	ok $status "$name: its $lines examples run"
