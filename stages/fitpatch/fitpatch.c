@@ -7,6 +7,7 @@
 
 #include "formats/mesh.h"
 #include "stages/fitpatch/local.h"
+#include "stages/fitpatch/order.h"
 #include "stages/fitpatch/rounds.h"
 #include "stages/geometry/border.h"
 #include "stages/geometry/half.h"
@@ -105,15 +106,21 @@ static bool within_reach(const struct network *network, const struct dense *dens
 	return true;
 }
 
+/* What a patch is called in the file; others than those of the mesh (-1: none) were not renamed. */
+static idx_t number_in_file(const idx_t *former, const struct dense *dense, idx_t patch)
+{
+	return patch >= 0 && (size_t)patch < dense->patch_count ? former[patch] : patch;
+}
+
 /* The border chain that each curve follows, for every one of them. */
 static bool match_curves(idx_t *chain_of_curve, const struct border_network *border, const struct dense *dense, const struct network *network,
-                         const char *shown, const char *mesh_shown, struct fault *fault)
+                         const idx_t *former, const char *shown, const char *mesh_shown, struct fault *fault)
 {
 	border_match(chain_of_curve, border, dense, network);
 	for (size_t k = 0; k < network->curve_count; k++)
 		if (chain_of_curve[k] == NO_INDEX)
 			return fault_set(fault, EX_BAD_INPUT, "%s: curve %zu: %s has no such border between patches %" PRIidx " and %" PRIidx, shown, k, mesh_shown,
-			                 network->curve[k].left, network->curve[k].right);
+			                 number_in_file(former, dense, network->curve[k].left), number_in_file(former, dense, network->curve[k].right));
 	return true;
 }
 
@@ -137,6 +144,8 @@ int main(int argc, char **argv)
 	if (!network_from_ply(&network, &document, "vertex", shown, &fault) || !dense_from_ply(&dense, &mesh_document, true, mesh_shown, &fault)
 	    || !same_patches(&document, shown, &dense, mesh_shown, &fault))
 		tool_fail(&fault);
+	/* Messages about the input are over, which use the file's numbers, but for those that restore them. */
+	idx_t *former = order_patches(&dense, &network);
 	if (!half_build_triangles(&half, dense.triangle, dense.triangle_count, dense.vertex_count, &fault)
 	    || !border_extract(&border, &dense, border_options_from_ply(&document), &fault))
 		tool_die(fault.code, "%s: %s", mesh_shown, fault.text);
@@ -144,7 +153,7 @@ int main(int argc, char **argv)
 	const double side = mesh_bounds(dense.xyz, dense.vertex_count, NULL, NULL);
 	const double max = tool_length_in_units(options.max, side), mean = tool_length_in_units(options.mean, side);
 	idx_t *chain_of_curve = mem_array(network.curve_count, sizeof *chain_of_curve);
-	if (!within_reach(&network, &dense, side, shown, &fault) || !match_curves(chain_of_curve, &border, &dense, &network, shown, mesh_shown, &fault))
+	if (!within_reach(&network, &dense, side, shown, &fault) || !match_curves(chain_of_curve, &border, &dense, &network, former, shown, mesh_shown, &fault))
 		tool_fail(&fault);
 	struct nearest *nearest = nearest_new_labelled(dense.xyz, dense.vertex_count, dense.triangle, dense.triangle_count, dense.label);
 
@@ -172,7 +181,7 @@ int main(int argc, char **argv)
 		surface[t] = dense.patch[dense.label[t]].parent;
 	struct nearest *on_surface = nearest_new_labelled(dense.xyz, dense.vertex_count, dense.triangle, dense.triangle_count, surface);
 	const struct target target = {&dense, nearest, surface, on_surface, &border, sample, sample_triangle, SAMPLES};
-	const struct rounds rounds = {&target, &half, chain_of_curve, {options.iterations, options.level, options.variant}, {max, mean}, options.rounds, tool_say};
+	const struct rounds rounds = {&target, &half, chain_of_curve, {options.iterations, options.level, options.variant}, {max, mean}, options.rounds, former, tool_say};
 	struct patch_error *error = mem_array(dense.patch_count, sizeof *error);
 	struct layouts layouts = {mem_array(dense.patch_count, 1), mem_array(dense.patch_count, 1)};
 	for (size_t p = 0; p < dense.patch_count; p++)
@@ -183,9 +192,15 @@ int main(int argc, char **argv)
 		tool_die(fault.code, "%s: %s", shown, fault.text);
 	tool_say("%zu of %zu tangential curves are smooth", smooth, tangential_count);
 	for (size_t p = 0; p < dense.patch_count; p++)
-		tool_say("patch %zu kind %d: mean %.3g%% max %.3g%% of the longest side, normals %.2f degrees, worst at %.4g %.4g %.4g", p, dense.patch[p].kind,
+		tool_say("patch %zu kind %d: mean %.3g%% max %.3g%% of the longest side, normals %.2f degrees, worst at %.4g %.4g %.4g", (size_t)former[p], dense.patch[p].kind,
 		         100 * error[p].mean / side, 100 * error[p].max / side, error[p].normal_deg, error[p].worst_point[0], error[p].worst_point[1],
 		         error[p].worst_point[2]);
+	for (size_t f = 0; f < draft.polygons.count; f++)
+		draft.polygons.patch[f] = former[draft.polygons.patch[f]];
+	for (size_t k = 0; k < draft.network.curve_count; k++) {
+		struct curve *curve = &draft.network.curve[k];
+		curve->left = number_in_file(former, &dense, curve->left), curve->right = number_in_file(former, &dense, curve->right);
+	}
 	local_to_ply(&document, &draft);
 	tool_write_ply(&document, &options.common, SCHEMA, "level=%d iter=%d sd=%s", options.level, options.iterations, options.variant_name);
 	return EX_DONE;

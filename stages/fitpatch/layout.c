@@ -271,11 +271,11 @@ bool layout_patch(enum layout_kind *kind, struct layout_context *context, idx_t 
 	const size_t least = anchors_apply(&sheet, context->anchors, context->dense);
 	if (least == SIZE_MAX && count > 0) {
 		sheet_free(&sheet);
-		return fault_set(fault, EX_BAD_INPUT, "patch %" PRIidx " has no border: rectify cuts such patches", patch);
+		return fault_set(fault, EX_BAD_INPUT, "patch %" PRIidx " has no border: rectify cuts such patches", context->name[patch]);
 	}
 	if (least < 3) {
 		sheet_free(&sheet);
-		return fault_set(fault, EX_BAD_INPUT, "patch %" PRIidx ": a border loop has %zu control points, needs 3", patch, least);
+		return fault_set(fault, EX_BAD_INPUT, "patch %" PRIidx ": a border loop has %zu control points, needs 3", context->name[patch], least);
 	}
 	const bool is_plane = context->dense->patch && context->dense->patch[patch].kind == PATCH_PLANE;
 	struct loops loops;
@@ -316,7 +316,7 @@ bool layout_patch(enum layout_kind *kind, struct layout_context *context, idx_t 
 	free(normal), free(drift), free(crowded);
 	bool good = true;
 	if (border_left) {
-		good = fault_set(fault, EX_BAD_INPUT, "patch %" PRIidx ": its border cannot be thinned out to the control points", patch);
+		good = fault_set(fault, EX_BAD_INPUT, "patch %" PRIidx ": its border cannot be thinned out to the control points", context->name[patch]);
 	} else {
 		size_t faces_before = context->polygons->count;
 		part_double_edges(&sheet, context->taken);

@@ -49,7 +49,7 @@ bool rounds_layout(struct draft *draft, const struct rounds *rounds, const struc
 	struct anchors anchors;
 	anchors_place(&anchors, dense, rounds->half, target->border, &network, rounds->chain_of_curve);
 	struct layout_context context = {dense, rounds->half->twin, target->nearest, &anchors, rounds->bounds.max, fmin(rounds->bounds.max / 2, rounds->bounds.mean),
-	                                 layouts->detail, taken, &draft->control, &draft->polygons};
+	                                 layouts->detail, rounds->name, taken, &draft->control, &draft->polygons};
 	size_t *start, kinds[LAYOUT_KIND_COUNT] = {0};
 	idx_t *list;
 	label_lists(&start, &list, dense->label, dense->triangle_count, dense->patch_count);

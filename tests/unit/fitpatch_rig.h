@@ -22,6 +22,7 @@ struct rig {
 	struct nearest *nearest, *on_surface;
 	idx_t *surface;
 	idx_t *chain_of_curve;
+	idx_t *name;
 	double *sample;
 	idx_t *sample_triangle;
 	struct target target;
@@ -79,7 +80,10 @@ static inline void rig_start(struct rig *rig, struct dense dense, struct network
 		rig->surface[t] = dense.patch[dense.label[t]].parent;
 	rig->on_surface = nearest_new_labelled(dense.xyz, dense.vertex_count, dense.triangle, dense.triangle_count, rig->surface);
 	rig->target = (struct target){&rig->dense, rig->nearest, rig->surface, rig->on_surface, &rig->border, rig->sample, rig->sample_triangle, RIG_SAMPLES};
-	rig->rounds = (struct rounds){&rig->target, &rig->half, rig->chain_of_curve, {5, 2, SQDIST_SIDED}, {max, mean}, 6, rig_quiet};
+	rig->name = mem_array(dense.patch_count, sizeof *rig->name);
+	for (size_t p = 0; p < dense.patch_count; p++)
+		rig->name[p] = (idx_t)p;
+	rig->rounds = (struct rounds){&rig->target, &rig->half, rig->chain_of_curve, {5, 2, SQDIST_SIDED}, {max, mean}, 6, rig->name, rig_quiet};
 	rig->layouts = (struct layouts){mem_array(dense.patch_count, 1), mem_array(dense.patch_count, 1)};
 	draft_start(&rig->draft, &rig->network);
 }
@@ -101,7 +105,7 @@ static inline void rig_free(struct rig *rig)
 {
 	draft_free(&rig->draft);
 	free(rig->layouts.kind), free(rig->layouts.detail);
-	free(rig->sample), free(rig->sample_triangle), free(rig->chain_of_curve);
+	free(rig->sample), free(rig->sample_triangle), free(rig->chain_of_curve), free(rig->name);
 	nearest_free(rig->nearest);
 	nearest_free(rig->on_surface);
 	free(rig->surface);
