@@ -141,21 +141,40 @@ static bool may_contract(const struct job *job, const struct surroundings *aroun
 	return true;
 }
 
-/* In passes, each on the loops as the one before left them; within a pass no two contractions share a patch. */
+struct short_chain {
+	double length;
+	size_t chain;
+};
+
+static int compare_lengths(const void *a, const void *b)
+{
+	const struct short_chain *x = a, *y = b;
+	if (x->length != y->length)
+		return x->length < y->length ? -1 : 1;
+	return (x->chain > y->chain) - (x->chain < y->chain);
+}
+
+/* In passes, each on the loops as the one before left them; within a pass no two contractions share a patch. The shortest goes
+ * first: a longer one would move its nodes farther than the short neighbours reach, and fitpatch, which finds the chain of a curve
+ * by its place, would take one for the other. */
 static size_t contract_short(struct job *job)
 {
 	const size_t n = job->border->chain_count;
-	size_t *list = mem_array(n, sizeof *list), listed = 0, total = 0;
-	for (size_t c = 0; c < n; c++)
-		if (chain_length(job, c) < job->options.max / 2)
-			list[listed++] = c;
+	size_t listed = 0, total = 0;
+	struct short_chain *list = mem_array(n, sizeof *list);
+	for (size_t c = 0; c < n; c++) {
+		const double length = chain_length(job, c);
+		if (length < job->options.max / 2)
+			list[listed++] = (struct short_chain){length, c};
+	}
+	qsort(list, listed, sizeof *list, compare_lengths);
 	size_t changed = listed;
 	for (int pass = 0; pass < MOST_PASSES && changed > 0; pass++) {
 		struct surroundings around;
 		surroundings_init(&around, job);
 		changed = 0;
 		for (size_t k = 0; k < listed; k++) {
-			const size_t c = list[k];
+			const size_t c = list[k].chain;
 			if (job->is_gone[c] || !may_contract(job, &around, c))
 				continue;
 			const idx_t a = job->node[2 * c], b = job->node[2 * c + 1];

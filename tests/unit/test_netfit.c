@@ -188,6 +188,47 @@ static void test_no_pinch(void **state)
 	dense_free(&d);
 }
 
+static bool has_point(const struct network *n, double x, double y)
+{
+	for (size_t i = 0; i < n->vertex_count; i++)
+		if (hypot(n->xyz[3 * i] - x, n->xyz[3 * i + 1] - y) < 1e-12)
+			return true;
+	return false;
+}
+
+/* A patch with four sides, two of them short: one may become a node, and that is the shorter one, wherever the numbering begins. */
+static void test_contract_shortest(void **state)
+{
+	(void)state;
+	static const double inner[8] = {-4e-4, 0, 4e-4, 0, 5e-5, 0.1, -5e-5, 0.1}, outer[8] = {-1, -1, 1, -1, 1, 1, -1, 1};
+	for (size_t turn = 0; turn < 4; turn++) {
+		double xyz[24] = {0};
+		idx_t triangle[30], p[4];
+		const idx_t label[10] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1};
+		for (size_t k = 0; k < 4; k++) {
+			p[k] = (idx_t)((k + turn) % 4);
+			memcpy(xyz + 3 * (size_t)p[k], inner + 2 * k, 2 * sizeof *inner);
+			memcpy(xyz + 3 * (4 + k), outer + 2 * k, 2 * sizeof *outer);
+		}
+		for (size_t k = 0; k < 4; k++) {
+			const size_t l = (k + 1) % 4;
+			const idx_t two[6] = {(idx_t)(4 + k), (idx_t)(4 + l), p[l], (idx_t)(4 + k), p[l], p[k]};
+			memcpy(triangle + 6 * k, two, sizeof two);
+		}
+		const idx_t quad[6] = {p[0], p[1], p[2], p[0], p[2], p[3]};
+		memcpy(triangle + 24, quad, sizeof quad);
+		struct dense d = make(xyz, 8, triangle, label, 10, 2);
+		struct netfit_report report;
+		struct network n = fit(&report, &d, 2e-3);
+		assert_int_equal(report.contracted, 1);
+		assert_true(has_point(&n, 0, 0.1));
+		assert_true(has_point(&n, -4e-4, 0) && has_point(&n, 4e-4, 0));
+		check_rules(&n);
+		network_free(&n);
+		dense_free(&d);
+	}
+}
+
 /* The border between two free-form halves of a dome runs in steps of whole triangles; the curve does not follow them. */
 static void test_loose(void **state)
 {
@@ -252,7 +293,7 @@ int main(void)
 {
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(test_cube),     cmocka_unit_test(test_cylinder), cmocka_unit_test(test_double),
-		cmocka_unit_test(test_contract), cmocka_unit_test(test_no_pinch), cmocka_unit_test(test_loose),
+		cmocka_unit_test(test_contract), cmocka_unit_test(test_contract_shortest), cmocka_unit_test(test_no_pinch), cmocka_unit_test(test_loose),
 		cmocka_unit_test(test_threads),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
