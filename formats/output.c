@@ -34,7 +34,7 @@ static void prepare(void)
 		return;
 	is_prepared = true;
 	atexit(remove_pending);
-	static const int deadly[] = {SIGINT, SIGTERM, SIGHUP};
+	static const int deadly[] = {SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGXCPU};
 	for (size_t i = 0; i < sizeof deadly / sizeof *deadly; i++) {
 		struct sigaction old;
 		/* nohup and background jobs ignore signals: leave them ignored */
@@ -69,6 +69,8 @@ static char *temporary_beside(const char *path)
 bool output_open(struct output *output, const char *path, struct fault *fault)
 {
 	*output = (struct output){0};
+	/* a file beyond the limit of the shell is a failed write with a message, not a sudden end */
+	signal(SIGXFSZ, SIG_IGN);
 	if (!path || strcmp(path, "-") == 0) {
 		if (fcntl(STDOUT_FILENO, F_GETFD) < 0)
 			return fault_set(fault, EX_SYSTEM, "<stdout>: %s", strerror(errno));

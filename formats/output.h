@@ -14,7 +14,8 @@ struct output {
 };
 
 /* path NULL or "-": stdout. A temporary file beside path is removed when the program ends without output_commit,
- * also at SIGINT, SIGTERM and SIGHUP. One output at a time may be open. Device files are written directly. */
+ * also at SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE and SIGXCPU; a file beyond the limit of the shell (SIGXFSZ) is a failed
+ * write. One output at a time may be open. Device files are written directly. */
 bool output_open(struct output *output, const char *path, struct fault *fault);
 
 /* Check the stream, close, rename. On failure the old file is as it was. */

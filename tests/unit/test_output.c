@@ -2,6 +2,7 @@
 
 #include <dirent.h>
 #include <signal.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include "formats/output.h"
@@ -118,8 +119,8 @@ static void half_done(void *context)
 static void leaves_nothing_when_ended(void **state)
 {
 	(void)state;
-	int signals[] = {0, SIGINT, SIGTERM, SIGHUP};
-	for (size_t i = 0; i < 4; i++) {
+	int signals[] = {0, SIGINT, SIGTERM, SIGHUP, SIGQUIT, SIGPIPE, SIGXCPU};
+	for (size_t i = 0; i < sizeof signals / sizeof *signals; i++) {
 		const struct ending ending = run_child(half_done, &signals[i]);
 		if (signals[i])
 			assert_int_equal(ending.signal, signals[i]);
@@ -147,6 +148,34 @@ static void says_why_it_cannot_write(void **state)
 	assert_false(output_commit(&output, &fault));
 	assert_int_equal(fault.code, EX_SYSTEM);
 	assert_contains(fault.text, "/dev/full: No space left on device");
+}
+
+static void beyond_limit(void *context)
+{
+	(void)context;
+	struct fault fault = {0};
+	struct output output;
+	const struct rlimit limit = {4096, 4096};
+	setrlimit(RLIMIT_FSIZE, &limit);
+	if (!output_open(&output, in_folder("large"), &fault))
+		exit(9);
+	for (int i = 0; i < 10000; i++)
+		fputs("text", output.file);
+	if (!output_commit(&output, &fault)) {
+		fputs(fault.text, stderr);
+		exit((int)fault.code);
+	}
+}
+
+/* The kernel would end the program for it. */
+static void says_that_a_file_grew_too_large(void **state)
+{
+	(void)state;
+	const struct ending ending = run_child(beyond_limit, NULL);
+	assert_int_equal(ending.signal, 0);
+	assert_int_equal(ending.exit_code, EX_SYSTEM);
+	assert_contains(ending.err, "large: File too large");
+	assert_int_equal(file_count(), 0);
 }
 
 static void to_stdout(void *context)
@@ -183,7 +212,8 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(is_absent_until_committed), cmocka_unit_test(old_file_stays_when_dropped),
 		cmocka_unit_test(keeps_mode_and_links),      cmocka_unit_test(leaves_nothing_when_ended),
-		cmocka_unit_test(says_why_it_cannot_write),  cmocka_unit_test(writes_stdout),
+		cmocka_unit_test(says_why_it_cannot_write),
+		cmocka_unit_test(says_that_a_file_grew_too_large),  cmocka_unit_test(writes_stdout),
 	};
 	return cmocka_run_group_tests(tests, setup, teardown);
 }
