@@ -137,9 +137,6 @@ $(BUILD)/ffxfiles: $(BUILD)/tests/fixtures/ffxfiles.c.o $(BUILD)/libcagewright.a
 # Trains these tables: build/train cages > build/ffx_tables.c
 $(BUILD)/train: $(BUILD)/tests/train/train.c.o $(BUILD)/libcagewright.a
 	$(call say,link $@)$(CXX) $(all_ldflags) -o $@ $^ $(LIBS)
-# Runs a command with bounds and says what it took.
-$(BUILD)/measured: $(BUILD)/tests/bench/measured.c.o
-	$(call say,link $@)$(CC) $(all_ldflags) -o $@ $<
 
 $(BUILD)/tests/%: $(BUILD)/tests/unit/%.c.o $(BUILD)/libfixtures.a $(BUILD)/libstages.a $(BUILD)/libcagewright.a
 	@mkdir -p $(@D)
@@ -179,8 +176,8 @@ pictures: demo
 	for p in $(PICTURES); do cp build/demo/$$p.png man/pictures/ || exit 1; done
 PART_SECONDS ?= 60
 PART_MIB ?= 2048
-bench: $(TOOLS) $(BUILD)/measured | $(deps_first)
-	@BIN=$(abspath $(BIN)) MEASURED=$(abspath $(BUILD)/measured) PART_SECONDS=$(PART_SECONDS) PART_MIB=$(PART_MIB) \
+bench: $(TOOLS) | $(deps_first)
+	@BIN=$(abspath $(BIN)) PART_SECONDS=$(PART_SECONDS) PART_MIB=$(PART_MIB) \
 	sh tests/bench/bench '$(DATA)' build
 
 # --- fuzz --------------------------------------------------------------------------------------------------------
@@ -252,4 +249,4 @@ clean:
 	rm -rf build bin
 
 -include $(LIB_OBJ:.o=.d) $(KERNEL_OBJ:.o=.d) $(SHIM_OBJ:.o=.d) $(MAIN_OBJ:.o=.d) $(UNIT_OBJ:.o=.d) $(FIXTURE_OBJ:.o=.d)
--include $(FIXTURE_MAINS:%=$(BUILD)/%.d) $(BUILD)/tests/train/train.c.d $(BUILD)/tests/bench/measured.c.d
+-include $(FIXTURE_MAINS:%=$(BUILD)/%.d) $(BUILD)/tests/train/train.c.d
