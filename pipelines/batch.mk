@@ -49,6 +49,6 @@ table: $(if $(filter table,$(MAKECMDGOALS)),,parts)
 jobs := $(todo:%=part-%)
 .PHONY: $(jobs)
 parts: $(jobs)
-# --tied: should make be killed, the part ends with it.
+# --tied: should make be killed, the part ends with it. -: should the launch itself fail, the others go on.
 $(jobs): part-%:
-	@exec $(BIN)bounded --tied -- sh $(here)batch-launch $(run) $*
+	@-exec $(BIN)bounded --tied -- sh $(here)batch-launch $(run) $*
