@@ -181,7 +181,8 @@ int main(int argc, char **argv)
 		surface[t] = dense.patch[dense.label[t]].parent;
 	struct nearest *on_surface = nearest_new_labelled(dense.xyz, dense.vertex_count, dense.triangle, dense.triangle_count, surface);
 	const struct target target = {&dense, nearest, surface, on_surface, &border, sample, sample_triangle, SAMPLES};
-	const struct rounds rounds = {&target, &half, chain_of_curve, {options.iterations, options.level, options.variant}, {max, mean}, options.rounds, former, tool_say};
+	size_t work = 0;
+	const struct rounds rounds = {&target, &half, chain_of_curve, {options.iterations, options.level, options.variant}, {max, mean}, options.rounds, &work, former, tool_say};
 	struct patch_error *error = mem_array(dense.patch_count, sizeof *error);
 	struct layouts layouts = {mem_array(dense.patch_count, 1), mem_array(dense.patch_count, 1)};
 	for (size_t p = 0; p < dense.patch_count; p++)

@@ -15,8 +15,8 @@ enum { FOLD_ROUNDS = 3, MOST_DETAIL = 8, CAREFUL_ATTEMPTS = 3 };
 /* Rounds in a row that may pass without getting better. */
 enum { STALE_ROUNDS = 3 };
 enum { MOST_FACES_AT_LEAST = 400, FACES_DIVISOR = 8 };
-/* Faces fitted in all rounds together: a bound of the time, some half a minute. */
-enum { MOST_FACES_FITTED = 5000 };
+/* Fits times faces before the last round begins: a bound of the time, some twenty seconds. */
+enum { MOST_WORK = 20000 };
 /* Faces of the finest surface that is fitted. */
 enum { MOST_PIECES = 60000 };
 
@@ -73,6 +73,12 @@ bool rounds_layout(struct draft *draft, const struct rounds *rounds, const struc
 	return good;
 }
 
+static bool fit_points(struct draft *draft, const struct rounds *rounds, const unsigned char *still, struct fault *fault)
+{
+	*rounds->work += draft->polygons.count;
+	return joint_fit(draft, rounds->target, &rounds->joint, still, fault);
+}
+
 /* First the points inside patches, with the borders where the curves were fitted; then all. A patch that folds or gets worse by its
  * moving borders (it has too few points inside, and pushes its borders out instead) gets them back, until no patch does. */
 static bool fit_carefully(struct draft *draft, struct patch_error *error, struct face_error *face_error, const struct rounds *rounds, struct fault *fault)
@@ -83,7 +89,7 @@ static bool fit_carefully(struct draft *draft, struct patch_error *error, struct
 	bool inside = false;
 	for (size_t i = 0; i < points; i++)
 		still[i] = draft->control.role[i] != POINT_INSIDE, inside |= !still[i];
-	if ((inside && !joint_fit(draft, rounds->target, &rounds->joint, still, fault)) || !joint_measure(error, face_error, patches, draft, rounds->target, fault)) {
+	if ((inside && !fit_points(draft, rounds, still, fault)) || !joint_measure(error, face_error, patches, draft, rounds->target, fault)) {
 		free(still);
 		return false;
 	}
@@ -92,8 +98,8 @@ static bool fit_carefully(struct draft *draft, struct patch_error *error, struct
 	unsigned char *bad = mem_array(patches, 1);
 	memset(still, 0, points);
 	bool good = true, settled = false;
-	for (int attempt = 0; good && !settled && attempt < CAREFUL_ATTEMPTS; attempt++) {
-		good = joint_fit(draft, rounds->target, &rounds->joint, still, fault) && joint_measure(error, face_error, patches, draft, rounds->target, fault);
+	for (int attempt = 0; good && !settled && attempt < (*rounds->work < MOST_WORK ? CAREFUL_ATTEMPTS : 1); attempt++) {
+		good = fit_points(draft, rounds, still, fault) && joint_measure(error, face_error, patches, draft, rounds->target, fault);
 		settled = true;
 		for (size_t p = 0; good && p < patches; p++)
 			if (!bad[p] && (error[p].folded > first[p].folded + fold_share / 2 * dense->patch[p].area
@@ -190,7 +196,7 @@ static bool fit_round(struct draft *draft, struct patch_error *error, struct fac
 		unsigned char *still = mem_array(draft->control.count, 1);
 		for (size_t i = 0; borders_still && i < old_points; i++)
 			still[i] = draft->control.role[i] != POINT_INSIDE;
-		const bool placed = joint_fit(draft, rounds->target, &rounds->joint, still, fault);
+		const bool placed = fit_points(draft, rounds, still, fault);
 		free(still);
 		if (!placed || !rounds_layout(draft, rounds, layouts, again, fault))
 			return false;
@@ -211,7 +217,7 @@ static bool fit_better(struct draft *draft, struct patch_error *error, struct fa
 	bool good = fit_round(draft, error, face_error, old_points, false, rounds, layouts, again, fault);
 	struct state state = whole_part(error, dense);
 	const double first = badness(&state, &rounds->bounds);
-	if (good && old_points > 0 && first >= least) {
+	if (good && old_points > 0 && first >= least && *rounds->work < MOST_WORK / 2) {
 		struct patch_error *other_error = mem_array(dense->patch_count, sizeof *other_error);
 		struct face_error *other_face;
 		struct fault other_fault = {0}; /* the first way worked: this one may fail */
@@ -271,7 +277,7 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 	double least = INFINITY;
 	bool good = false;
 	int stale = 0;
-	size_t old_points = 0, fitted = 0;
+	size_t old_points = 0;
 	for (int round = 0;; round++) {
 		struct face_error *face_error;
 		good = fit_better(draft, error, &face_error, old_points, least, rounds, layouts, plan.again, fault);
@@ -293,8 +299,7 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 		old_points = draft->control.count;
 		const size_t wanted = plan_round(&plan, &anew, layouts, error, &state, rounds);
 		/* A cage that nears the size of the mesh is none (the patch method's section 10, hazard 23). */
-		fitted += draft->polygons.count;
-		const bool is_large = fitted > MOST_FACES_FITTED || (draft->polygons.count > MOST_FACES_AT_LEAST && draft->polygons.count > dense->triangle_count / FACES_DIVISOR);
+		const bool is_large = *rounds->work > MOST_WORK || (draft->polygons.count > MOST_FACES_AT_LEAST && draft->polygons.count > dense->triangle_count / FACES_DIVISOR);
 		if (wanted && round < rounds->limit && !is_large)
 			steps = enrich(draft, rounds->target, error, face_error, plan.want, rounds->bounds.max, plan.touched);
 		free(face_error);
@@ -303,7 +308,7 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 		/* Plane faces are cheap to find anew. */
 		for (size_t p = 0; p < patches; p++)
 			plan.again[p] |= plan.touched[p] && is_plane(dense, p);
-		rounds->say("%zu patches out of bounds or folded, %zu refinements, %zu laid out with more detail", wanted, steps, anew);
+		rounds->say("%zu patches out of bounds or folded, %zu refinements, %zu laid out with more detail; %zu faces fitted so far", wanted, steps, anew, *rounds->work);
 	}
 	/* A refinement that ends in no manifold costs its round, not the part. */
 	if (!good && isfinite(least)) {
@@ -339,7 +344,7 @@ bool rounds_relax(struct draft *draft, struct patch_error *error, size_t *smooth
 	bool good = true;
 	for (int pass = 0; *smooth > 0 && pass < PASSES; pass++) {
 		memcpy(draft->control.xyz, kept, 3 * draft->control.count * sizeof *kept);
-		good = joint_fit(draft, target, &rounds->joint, NULL, fault) && joint_measure(now, NULL, patches, draft, target, fault);
+		good = fit_points(draft, rounds, NULL, fault) && joint_measure(now, NULL, patches, draft, target, fault);
 		if (!good)
 			break;
 		size_t back = 0;

@@ -16,6 +16,7 @@ struct rounds {
 	struct joint_options joint;
 	struct bounds bounds;
 	int limit;                      /* rounds of refinement at most */
+	size_t *work;                   /* fits times faces, counted up */
 	const idx_t *name;              /* what people call each patch */
 	void (*say)(const char *format, ...) __attribute__((format(printf, 1, 2))); /* what happens, for people */
 };
