@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "formats/memory.h"
 #include "formats/number.h"
 
 bool export_knows(const char *extension)
@@ -177,9 +178,31 @@ static double squared_length(const struct mesh *mesh, idx_t a, idx_t b)
 	return sum;
 }
 
-/* From which corner the fan of a face starts: a quad's shorter diagonal, of equal ones that with the lowest vertex. */
-static size_t fan_start(const struct mesh *mesh, const idx_t *corner, size_t count)
+/* Which vertices lie between two faces that have both their edges: there the neighbours after and before them are the same. */
+static unsigned char *find_tips(const struct mesh *mesh)
 {
+	unsigned char *faces = mem_array(mesh->vertex_count, 1);
+	int64_t *open = mem_array(mesh->vertex_count, sizeof *open);
+	for (size_t f = 0; f < mesh->face_count; f++)
+		for (size_t low = mesh->face_start[f], high = mesh->face_start[f + 1], i = low; i < high; i++) {
+			const idx_t v = mesh->corner[i];
+			if (faces[v] < 3)
+				faces[v]++;
+			open[v] += mesh->corner[i + 1 < high ? i + 1 : low] - mesh->corner[i > low ? i - 1 : high - 1];
+		}
+	for (size_t v = 0; v < mesh->vertex_count; v++)
+		faces[v] = faces[v] == 2 && open[v] == 0;
+	free(open);
+	return faces;
+}
+
+/* From which corner the fan of a face starts: a tip, as the other diagonals of its two faces would be one edge of four
+ * triangles; else a quad's shorter diagonal, of equal ones that with the lowest vertex. */
+static size_t fan_start(const struct mesh *mesh, const unsigned char *tip, const idx_t *corner, size_t count)
+{
+	for (size_t i = 0; count > 3 && i < count; i++)
+		if (tip[corner[i]])
+			return i;
 	if (count != 4)
 		return 0;
 	const double even = squared_length(mesh, corner[0], corner[2]), odd = squared_length(mesh, corner[1], corner[3]);
@@ -208,16 +231,18 @@ static bool write_stl(FILE *file, const struct mesh *mesh, bool as_text, struct 
 		fwrite(header, 1, sizeof header, file);
 		put_little(file, count, 4);
 	}
+	unsigned char *tip = find_tips(mesh);
 	for (size_t f = 0; f < mesh->face_count; f++) {
 		const idx_t *corner = mesh->corner + mesh->face_start[f];
 		const size_t corners = mesh->face_start[f + 1] - mesh->face_start[f];
-		const size_t first = fan_start(mesh, corner, corners);
+		const size_t first = fan_start(mesh, tip, corner, corners);
 		for (size_t k = 1; k + 1 < corners; k++) {
 			const struct facet facet =
 				facet_of(mesh, corner[first], corner[(first + k) % corners], corner[(first + k + 1) % corners]);
 			put_facet(file, &facet, as_text);
 		}
 	}
+	free(tip);
 	if (as_text)
 		fputs("endsolid cagewright\n", file);
 	return true;

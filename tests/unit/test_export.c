@@ -66,12 +66,11 @@ static void indexed_formats_are_exact(void **state)
 	}
 }
 
-/* The quad's corners 1 and 3 are nearer to each other than 0 and 2, so it is cut from 1: (1 2 3) (1 3 0). The pentagon is a fan
- * around its first corner, 5: (5 2 1) (5 1 0) (5 0 4). */
+/* Vertex 1 lies between the two faces, on the way 0 1 2 that they share: both are fans around it. */
 static void stl_cuts_polygons(void **state)
 {
 	(void)state;
-	static const idx_t want[] = {1, 2, 3, 1, 3, 0, 5, 2, 1, 5, 1, 0, 5, 0, 4};
+	static const idx_t want[] = {1, 2, 3, 1, 3, 0, 1, 0, 4, 1, 4, 5, 1, 5, 2};
 	for (int as_text = 0; as_text < 2; as_text++) {
 		struct mesh mesh = sample();
 		char *data;
@@ -128,6 +127,33 @@ static void stl_refuses_what_is_no_float(void **state)
 	mesh_free(&mesh);
 }
 
+/* A cube whose top is two quads around a tip that only they have: the diagonals from corner to corner are the shorter ones, but would
+ * be one edge of four triangles. Cut through the tip all edges have two. */
+static void stl_keeps_edges_apart(void **state)
+{
+	(void)state;
+	static const double xyz[] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1, 0.5, 0.5, 4};
+	static const idx_t corner[] = {3, 2, 1, 0, 0, 1, 5, 4, 1, 2, 6, 5, 2, 3, 7, 6, 3, 0, 4, 7, 4, 5, 8, 7, 5, 6, 7, 8};
+	static const size_t start[] = {0, 4, 8, 12, 16, 20, 24, 28};
+	struct mesh mesh = {mem_copy(xyz, 27, sizeof *xyz), 9, mem_copy(corner, 28, sizeof *corner), mem_copy(start, 8, sizeof *start), 7};
+	char *data;
+	size_t size;
+	write_to(&data, &size, "stl", &mesh, false);
+	struct mesh back = read_back("a.stl", data, size);
+	mesh_weld(&back, 0, NULL);
+	assert_int_equal(back.vertex_count, 9);
+	assert_int_equal(back.face_count, 14);
+	int uses[9][9] = {{0}};
+	for (size_t h = 0; h < 3 * back.face_count; h++)
+		uses[back.corner[h]][back.corner[h % 3 == 2 ? h - 2 : h + 1]]++;
+	for (int a = 0; a < 9; a++)
+		for (int b = 0; b < 9; b++)
+			assert_true(uses[a][b] <= 1);
+	free(data);
+	mesh_free(&mesh);
+	mesh_free(&back);
+}
+
 static void unknown_formats_are_refused(void **state)
 {
 	(void)state;
@@ -146,7 +172,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(indexed_formats_are_exact),   cmocka_unit_test(stl_cuts_polygons),
 		cmocka_unit_test(stl_ties_by_lowest_vertex),   cmocka_unit_test(stl_refuses_what_is_no_float),
-		cmocka_unit_test(unknown_formats_are_refused),
+		cmocka_unit_test(stl_keeps_edges_apart),       cmocka_unit_test(unknown_formats_are_refused),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
