@@ -486,6 +486,8 @@ bool ply_read(struct ply *ply, const struct input *input, struct fault *fault)
 {
 	ply_init(ply);
 	const char *data = (const char *)input->data;
+	if (input->size == 0) /* what a pipe gives when the stage before has failed */
+		return fault_set(fault, EX_BAD_INPUT, "%s: the file is empty", input->shown);
 	struct reader r = {ply, input->shown, data, data, data + input->size, 1, fault};
 	if (read_header(&r) && read_tables(&r))
 		return true;

@@ -71,7 +71,9 @@ for tool in assemble curv deviate facefix fitcurves fitpatch mend rectify refine
 	cp old kept.$x
 	run empty -o kept.$x > out 2> errors < /dev/null
 	is 3 $? "$tool: empty file is wrong input"
-	is 1 "$(grep -c "^$tool: empty" errors)" "$tool: ... and is named"
+	said='the file is empty'
+	[ $tool = unpack ] && said='not an FFX stream'
+	is "$tool: empty: $said" "$(cat errors)" "$tool: ... and is named"
 	cmp -s old kept.$x
 	ok $? "$tool: ... and the old output stays"
 	if [ $tool != deviate ]; then
@@ -113,6 +115,14 @@ for tool in assemble curv deviate facefix fitcurves fitpatch mend rectify refine
 	is 1 "$(grep -c "^$tool: no/such/folder/out" errors)" "$tool: ... is named"
 	[ ! -e no ]
 	ok $? "$tool: ... and it makes none"
+
+	mkdir -p folder.$x
+	run folder.$x > out 2> errors < /dev/null
+	is 4 $? "$tool: a folder as input"
+	is "$tool: folder.$x: Is a directory" "$(cat errors)" "$tool: ... is named"
+	run "$input" -o folder.$x > out 2> errors
+	is 4 $? "$tool: a folder as output"
+	is "$tool: folder.$x: Is a directory" "$(cat errors)" "$tool: ... is named"
 
 	# A stage that is killed while it waits for its input leaves the old file.
 	cp old kept.$x
