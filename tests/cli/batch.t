@@ -116,6 +116,18 @@ is 3 "$(grep -c '^\[./3\]' log)" '... other options make all stale'
 is 'c1.ffx c1.stl log row ' "$(ls -A out/c1 | tr '\n' ' ')" '... what was asked for is kept'
 grep -q -e '--mean 0.2%' out/c1/log && grep -q -e '--level 2 ' out/c1/log
 ok $? '... the options reach the pipeline'
+out=all
+batch IN=in/c1.stl OUT=all KEEP=all TOL=0.000001% MAX=0.000001% > log
+is '0 missed' "$? $(column 10 c1)" 'a part that misses its bounds is packed'
+[ -s all/c1/c1.curv.ply ] && [ -s all/c1/c1.ffx ] && [ -s all/c1/c1.stl ]
+ok $? '... all that is made of it is kept on demand'
+batch -j2 IN=in/c1.stl OUT=both > log1 &
+other=$!
+batch -j2 IN=in/c1.stl OUT=both > log2
+is 0 $? 'two runs over one folder at a time'
+wait $other
+is '0 c1.ffx c1.report log row ' "$? $(ls -A both/c1 | tr '\n' ' ')" '... both succeed'
+out=out
 mkdir foreign foreign/c1
 echo mine > foreign/c1/file
 batch IN=in/c1.stl OUT=foreign > log
@@ -333,12 +345,12 @@ for name in $lost; do
 	doomed=
 	pid=$(cat "held/$name")
 	while [ "$pid" -gt 1 ]; do
-		doomed="$doomed $pid"
+		doomed="$pid $doomed"
 		case $(cat "/proc/$pid/comm") in slurmstepd*) break ;; esac
 		pid=$(sed -n 's/^PPid:[[:space:]]*//p' "/proc/$pid/status")
 	done
 	# shellcheck disable=SC2086 # words
-	kill -9 $doomed
+	kill -9 $doomed 2> /dev/null
 done
 rm hold
 wait $batch_pid
