@@ -13,14 +13,19 @@ void mem_on_failure(void (*handler)(const char *text))
 	on_failure = handler;
 }
 
-static _Noreturn void fail(size_t count, size_t item_size)
+void mem_fail(const char *text)
 {
-	char text[120];
-	snprintf(text, sizeof text, "out of memory: cannot take room for %zu items of %zu bytes", count, item_size);
 	if (on_failure)
 		on_failure(text);
 	fprintf(stderr, "%s\n", text);
 	exit(EX_SYSTEM);
+}
+
+static _Noreturn void fail(size_t count, size_t item_size)
+{
+	char text[120];
+	snprintf(text, sizeof text, "out of memory: cannot take room for %zu items of %zu bytes", count, item_size);
+	mem_fail(text);
 }
 
 void *mem_array(size_t count, size_t item_size)

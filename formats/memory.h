@@ -27,4 +27,7 @@ void *mem_copy(const void *from, size_t count, size_t item_size);
  * when it returns) the bare text goes to stderr and the program ends with exit 4. */
 void mem_on_failure(void (*handler)(const char *text));
 
+/* The same end for a library that had no memory, with a text of one's own. */
+_Noreturn void mem_fail(const char *text);
+
 #endif

@@ -20,12 +20,22 @@
 #define SINGLE_SLACK (8.0 / 16777216.0)
 /* Queries farther out than this (in half sides of the box) would overflow squares in single precision. */
 #define SINGLE_FAR 1e15
+/* Far more than the rounding errors of a dozen operations in doubles, as a share of the numbers that went in. */
+#define ROUNDING 1e-13
+
+/* A triangle lies within its height of the line through its longest side. */
+struct ridge {
+	double direction[3]; /* unit; 0 for a point */
+	double height;       /* and all rounding errors */
+	double from[3];      /* a point on the line */
+};
 
 struct nearest {
 	const double *xyz;
 	const idx_t *triangle;
 	size_t triangle_count;
 	double *normal;             /* 3 a triangle, unit; 0 for one without area */
+	struct ridge *ridge;        /* a triangle */
 	/* Either the labels' tree */
 	struct label_tree *tree;
 	const idx_t *label;
@@ -135,9 +145,10 @@ double nearest_on_triangle(double point[3], double weight[3], const double p[3],
 
 static _Noreturn void embree_failed(RTCDevice device)
 {
-	/* The only ways to fail here are memory and an installation without a usable back end: exit 4 as mem_array does. */
-	fprintf(stderr, "the nearest-point tree could not be built: Embree error %d\n", (int)rtcGetDeviceError(device));
-	exit(EX_SYSTEM);
+	/* The ways to fail here: memory, nearly always, or an installation without a usable back end. Exit 4 as mem_array does. */
+	char text[100];
+	snprintf(text, sizeof text, "out of memory: the nearest-point tree could not be built: Embree error %d", (int)rtcGetDeviceError(device));
+	mem_fail(text);
 }
 
 static struct nearest *start(const double *xyz, const idx_t *triangle, size_t triangle_count)
@@ -148,17 +159,49 @@ static struct nearest *start(const double *xyz, const idx_t *triangle, size_t tr
 	nearest->triangle_count = triangle_count;
 	nearest->normal = mem_array(3 * triangle_count, sizeof *nearest->normal);
 	nearest->half_side = 1;
+	nearest->ridge = mem_array(triangle_count, sizeof *nearest->ridge);
 	return nearest;
 }
 
-static void measure_normals(struct nearest *nearest)
+static void measure_ridge(struct ridge *ridge, const double *xyz, const idx_t corner[3], double doubled_area)
+{
+	double longest = 0;
+	*ridge = (struct ridge){.height = 0};
+	copy3(ridge->from, xyz + 3 * (size_t)corner[0]);
+	for (int k = 0; k < 3; k++) {
+		double side[3];
+		sub3(side, xyz + 3 * (size_t)corner[(k + 1) % 3], xyz + 3 * (size_t)corner[k]);
+		const double length = norm3(side);
+		if (length > longest) {
+			longest = length;
+			copy3(ridge->from, xyz + 3 * (size_t)corner[k]);
+			copy3(ridge->direction, side);
+		}
+	}
+	normalise3(ridge->direction);
+	ridge->height = (longest > 0 ? doubled_area / longest : 0) + ROUNDING * (longest + norm3(ridge->from));
+}
+
+static void measure_triangles(struct nearest *nearest)
 {
 	for (size_t t = 0; t < nearest->triangle_count; t++) {
 		const idx_t *corner = nearest->triangle + 3 * t;
-		area_vector3(nearest->normal + 3 * t, nearest->xyz + 3 * (size_t)corner[0], nearest->xyz + 3 * (size_t)corner[1],
-		             nearest->xyz + 3 * (size_t)corner[2]);
-		normalise3(nearest->normal + 3 * t);
+		double *normal = nearest->normal + 3 * t;
+		area_vector3(normal, nearest->xyz + 3 * (size_t)corner[0], nearest->xyz + 3 * (size_t)corner[1], nearest->xyz + 3 * (size_t)corner[2]);
+		measure_ridge(&nearest->ridge[t], nearest->xyz, corner, norm3(normal));
+		normalise3(normal);
 	}
+}
+
+/* Slivers as long as the part are candidates everywhere along it: most of them are told to be out of reach by the line that they
+ * lie around, which is a tenth of the work of measuring them. */
+static bool is_beyond(const struct nearest *nearest, const double p[3], size_t t, double reach)
+{
+	const struct ridge *ridge = &nearest->ridge[t];
+	double offset[3];
+	sub3(offset, p, ridge->from);
+	const double along = dot3(offset, ridge->direction), squared = dot3(offset, offset), wide = reach + ridge->height;
+	return squared - along * along > (1 + ROUNDING) * wide * wide + ROUNDING * (squared + dot3(p, p));
 }
 
 struct nearest *nearest_new_labelled(const double *xyz, size_t vertex_count, const idx_t *triangle, size_t triangle_count, const idx_t *label)
@@ -168,7 +211,7 @@ struct nearest *nearest_new_labelled(const double *xyz, size_t vertex_count, con
 	nearest->label = label;
 	if (triangle_count > 0)
 		nearest->tree = label_tree_new(xyz, triangle, triangle_count, label);
-	measure_normals(nearest);
+	measure_triangles(nearest);
 	return nearest;
 }
 
@@ -176,7 +219,7 @@ void nearest_move(struct nearest *nearest)
 {
 	if (nearest->tree)
 		label_tree_refit(nearest->tree);
-	measure_normals(nearest);
+	measure_triangles(nearest);
 }
 
 struct nearest *nearest_new(const double *xyz, size_t vertex_count, const idx_t *triangle, size_t triangle_count)
@@ -219,7 +262,7 @@ struct nearest *nearest_new(const double *xyz, size_t vertex_count, const idx_t 
 	}
 	for (size_t i = 0; i < 3 * triangle_count; i++)
 		corner[i] = (unsigned)triangle[i];
-	measure_normals(nearest);
+	measure_triangles(nearest);
 	rtcCommitGeometry(geometry);
 	rtcAttachGeometry(nearest->scene, geometry);
 	rtcReleaseGeometry(geometry);
@@ -239,6 +282,7 @@ void nearest_free(struct nearest *nearest)
 	}
 	label_tree_free(nearest->tree);
 	free(nearest->normal);
+	free(nearest->ridge);
 	free(nearest);
 }
 
@@ -266,6 +310,8 @@ static bool consider(struct query *query, size_t t)
 	if (filter != NULL && filter->label != NULL && filter->label[t] != filter->only)
 		return false;
 	if (query->only_preferred && !(dot3(nearest->normal + 3 * t, filter->normal) > filter->least_dot))
+		return false;
+	if (is_beyond(nearest, query->p, t, query->foot.distance))
 		return false;
 	struct foot foot;
 	foot.triangle = (idx_t)t;
@@ -370,6 +416,8 @@ struct visit {
 
 static void visit_one(struct visit *visit, size_t t)
 {
+	if (is_beyond(visit->query.nearest, visit->query.p, t, visit->radius))
+		return;
 	double point[3], weight[3];
 	const double distance = triangle_foot(point, weight, visit->query.nearest, visit->query.p, t);
 	if (distance <= visit->radius)

@@ -130,20 +130,33 @@ struct flattening {
 	struct soup *soup;
 	struct edge_map map;
 	unsigned char *keep;
-	struct cap *next; /* caps for the next pass */
-	size_t next_count, next_room;
+	struct cap *next;        /* for the next pass; each triangle once, or the list would double from pass to pass */
+	size_t next_count;
+	unsigned char *is_noted; /* a triangle: in this list */
 	bool changed;
 };
 
 static void note_if_flat(struct flattening *flat, size_t t)
 {
-	size_t longest;
-	struct cap cap = {.triangle = (idx_t)t};
-	if (!(height(flat->soup, t, &longest, &cap.length) < REPAIR_FLAT_HEIGHT * flat->soup->side))
+	if (flat->is_noted[t] || !is_flat(flat->soup, t))
 		return;
-	if (flat->next_count == flat->next_room)
-		flat->next = mem_resize(flat->next, flat->next_room = 2 * flat->next_room + 16, sizeof *flat->next);
-	flat->next[flat->next_count++] = cap;
+	flat->is_noted[t] = 1;
+	flat->next[flat->next_count++].triangle = (idx_t)t;
+}
+
+/* The caps noted so far, in order, with the lengths that their edges have now. */
+static struct cap *take_noted(struct flattening *flat, size_t *count)
+{
+	struct cap *caps = mem_copy(flat->next, flat->next_count, sizeof *caps);
+	*count = flat->next_count;
+	flat->next_count = 0;
+	for (size_t i = 0; i < *count; i++) {
+		size_t longest;
+		height(flat->soup, (size_t)caps[i].triangle, &longest, &caps[i].length);
+		flat->is_noted[caps[i].triangle] = 0;
+	}
+	qsort(caps, *count, sizeof *caps, compare_caps);
+	return caps;
 }
 
 /* Give the longest edge of cap t away: its corner o now divides the neighbour n. */
@@ -217,7 +230,12 @@ static void treat_cap(struct flattening *flat, size_t t)
 static bool treat_caps(struct soup *soup)
 {
 	struct flattening flat = {
-		.soup = soup, .map = map_new(3 * soup->triangle_count), .keep = mem_array(soup->triangle_count, 1)};
+		.soup = soup,
+		.map = map_new(3 * soup->triangle_count),
+		.keep = mem_array(soup->triangle_count, 1),
+		.next = mem_array(soup->triangle_count, sizeof *flat.next),
+		.is_noted = mem_array(soup->triangle_count, 1),
+	};
 	memset(flat.keep, 1, soup->triangle_count);
 	for (size_t t = 0; t < soup->triangle_count; t++) {
 		count_triangle(&flat.map, soup, t, 1);
@@ -225,12 +243,9 @@ static bool treat_caps(struct soup *soup)
 	}
 	for (int pass = 0; pass < PASS_LIMIT && flat.next_count > 0; pass++) {
 		const bool changed_before = flat.changed;
-		struct cap *caps = flat.next;
-		const size_t count = flat.next_count;
-		flat.next = NULL;
-		flat.next_count = flat.next_room = 0;
+		size_t count;
+		struct cap *caps = take_noted(&flat, &count);
 		flat.changed = false;
-		qsort(caps, count, sizeof *caps, compare_caps);
 		for (size_t i = 0; i < count; i++)
 			treat_cap(&flat, (size_t)caps[i].triangle);
 		free(caps);
@@ -241,7 +256,7 @@ static bool treat_caps(struct soup *soup)
 	}
 	if (flat.changed)
 		soup_keep(soup, flat.keep);
-	free(flat.keep), free(flat.next), free(flat.map.slot);
+	free(flat.keep), free(flat.next), free(flat.is_noted), free(flat.map.slot);
 	return flat.changed;
 }
 

@@ -158,6 +158,31 @@ static void tree_equals_search_of_all(void **state)
 	}
 }
 
+/* Slivers along one line, as in a twisted rod: each is a candidate all along it, and most are told to be too far by that line alone. */
+static void slivers_of_one_rod(void **state)
+{
+	(void)state;
+	static const double place[][2] = {{1, 0}, {1, 1e7}, {1e-20, 0}, {1e25, -3e25}};
+	uint64_t seed = 4101842887655102017u;
+	for (size_t s = 0; s < sizeof place / sizeof *place; s++) {
+		struct soup soup;
+		random_soup(&soup, place[s][0] * 1e-3, place[s][1], &seed);
+		for (int i = 0; i < 3 * SOUP_VERTICES; i++)
+			soup.xyz[i] += i / 3 % 2 * place[s][0]; /* every other vertex at the far end */
+		struct nearest *nearest = nearest_new(soup.xyz, SOUP_VERTICES, soup.triangle, SOUP_TRIANGLES);
+		for (int i = 0; i < 400; i++) {
+			double p[3];
+			const double along = random_unit(&seed);
+			for (int k = 0; k < 3; k++)
+				p[k] = place[s][1] + place[s][0] * (along + 1e-3 * random_unit(&seed));
+			const struct foot want = search_all(&soup, p, NULL, 0), got = nearest_point(nearest, p, INFINITY, NULL);
+			assert_int_equal(got.triangle, want.triangle);
+			assert_true(got.distance == want.distance);
+		}
+		nearest_free(nearest);
+	}
+}
+
 static void far_queries(void **state)
 {
 	(void)state;
@@ -330,6 +355,7 @@ int main(void)
 		cmocka_unit_test(seven_regions),
 		cmocka_unit_test(slivers_and_no_area),
 		cmocka_unit_test(tree_equals_search_of_all),
+		cmocka_unit_test(slivers_of_one_rod),
 		cmocka_unit_test(far_queries),
 		cmocka_unit_test(normal_preference),
 		cmocka_unit_test(all_within),

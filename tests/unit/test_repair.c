@@ -395,6 +395,36 @@ static void row_of_caps(void **state)
 	done(&mesh, &report);
 }
 
+/* A torus beside a triangle so large that most of the torus has no area by that measure, though its edges have a length: caps beside
+ * caps. The list of those to look at again must not double from pass to pass. */
+static void torus_of_caps(void **state)
+{
+	(void)state;
+	enum { AROUND = 60, ACROSS = 10 };
+	for (double far = 7e5; far < 2e6; far *= 1.1) {
+		struct mesh mesh = new_mesh();
+		for (int i = 0; i < AROUND; i++)
+			for (int j = 0; j < ACROSS; j++) {
+				const double shift = 0.4 * ((i * 37 + j * 101) % 64) / 64;
+				const double a = 2 * M_PI * (i + shift) / AROUND, b = 2 * M_PI * (j + 0.4 - shift) / ACROSS;
+				add_vertex(&mesh, (1 + 0.3 * cos(b)) * cos(a), (1 + 0.3 * cos(b)) * sin(a), 0.3 * sin(b));
+			}
+		for (int i = 0; i < AROUND; i++)
+			for (int j = 0; j < ACROSS; j++) {
+				const int k = (i + 1) % AROUND, l = (j + 1) % ACROSS;
+				add_triangle(&mesh, ACROSS * i + j, ACROSS * k + j, ACROSS * k + l);
+				add_triangle(&mesh, ACROSS * i + j, ACROSS * k + l, ACROSS * i + l);
+			}
+		const idx_t a = add_vertex(&mesh, far, 0, 0), b = add_vertex(&mesh, far, far, 0), c = add_vertex(&mesh, far, 0, far);
+		add_triangle(&mesh, a, b, c);
+		const clock_t start = clock();
+		struct repair_report report = repaired(&mesh);
+		assert_true((double)(clock() - start) / CLOCKS_PER_SEC < 2);
+		repair_report_free(&report);
+		mesh_free(&mesh);
+	}
+}
+
 /* Two corners 1e-9 apart, inside: the two needles between them go. */
 static void needle(void **state)
 {
@@ -826,6 +856,7 @@ int main(void)
 		cmocka_unit_test(sheet_of_two_sides),
 		cmocka_unit_test(cap),
 		cmocka_unit_test(row_of_caps),
+		cmocka_unit_test(torus_of_caps),
 		cmocka_unit_test(needle),
 		cmocka_unit_test(t_junction),
 		cmocka_unit_test(t_junctions_on_every_side),
