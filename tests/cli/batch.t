@@ -323,7 +323,7 @@ cubes forty 40
 "$PARTS" cube --facets 8 -o forty/c40.stl
 printf 'bad' > forty/c39.stl
 out=cluster
-make -s -j8 -f "$ROOT/pipelines/batch.mk" BIN="$BIN/" IN=forty OUT=cluster PIPELINE=noted.mk LAUNCH='srun -Q -n1 -N1' > log 2> errors &
+"$BIN/bounded" --tied -- make -s -j8 -f "$ROOT/pipelines/batch.mk" BIN="$BIN/" IN=forty OUT=cluster PIPELINE=noted.mk LAUNCH='srun -Q -n1 -N1' > log 2> errors &
 batch_pid=$!
 left=600
 while [ $left -gt 0 ] && [ "$(grep -c '^\[' log)" -lt 16 ]; do
