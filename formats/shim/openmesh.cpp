@@ -103,6 +103,10 @@ template <class MeshT> class ModPlaneDistanceT : public Decimater::ModBaseT<Mesh
 			mesh.status(mesh.edge_handle(ci.v0v1)).feature() || mesh.is_boundary(mesh.edge_handle(ci.v0v1));
 		if ((mesh.status(ci.v0).feature() || mesh.is_boundary(ci.v0)) && !chain)
 			return float(Base::ILLEGAL_COLLAPSE);
+		/* A triangle that vanishes brings two of its edges together: no two chains may meet there, nor a chain cut its corner. */
+		for (auto tip : {ci.vl, ci.vr})
+			if (tip.is_valid() && is_chain(mesh.find_halfedge(ci.v0, tip)))
+				return float(Base::ILLEGAL_COLLAPSE);
 		for (auto f : mesh.vf_range(ci.v0)) {
 			if (f == ci.fl || f == ci.fr)
 				continue;
@@ -155,6 +159,11 @@ template <class MeshT> class ModPlaneDistanceT : public Decimater::ModBaseT<Mesh
 		/* Rounding may take it below 0. */
 		double mean(const Vec3d &p) const { return weight > 0 ? std::max(0.0, quadric(p) / weight) : 0; }
 	};
+	bool is_chain(HalfedgeHandle h)
+	{
+		const auto e = Base::mesh().edge_handle(h);
+		return Base::mesh().status(e).feature() || Base::mesh().is_boundary(e);
+	}
 	Vec3d area_vector(FaceHandle f) const
 	{
 		Vec3d corner[3];
@@ -207,7 +216,7 @@ extern "C" int shim_twins(int32_t *twin, const int32_t *corner, const size_t *fa
 	}
 }
 
-extern "C" long shim_simplify(int32_t *triangle, size_t triangle_count, const double *xyz, size_t vertex_count,
+extern "C" long shim_simplify(int32_t *triangle, int32_t *origin, size_t triangle_count, const double *xyz, size_t vertex_count,
 			      const unsigned char *locked, const int32_t *feature, size_t feature_count, double max_error,
 			      size_t face_target, char *message, size_t message_size)
 {
@@ -253,6 +262,8 @@ extern "C" long shim_simplify(int32_t *triangle, size_t triangle_count, const do
 		for (auto f : mesh.all_faces()) {
 			if (mesh.status(f).deleted())
 				continue;
+			if (origin)
+				origin[left] = f.idx();
 			int32_t *corner = triangle + 3 * left++;
 			for (auto v : mesh.fv_range(f))
 				*corner++ = v.idx();

@@ -19,8 +19,9 @@ int shim_twins(int32_t *twin, const int32_t *corner, const size_t *face_start, s
  * 1997, weighted by area), or over the planes across its border and feature edges when that is larger. Vertices with locked[v]
  * (may be NULL) stay, as do ends and meetings of chains; edges listed in feature (2 vertices each) and border edges collapse only
  * along themselves; no triangle turns by more than 60 degrees in one collapse. Writes the surviving triangles (indices into the
- * old vertices) over triangle; returns their number, or -1 with a message. */
-long shim_simplify(int32_t *triangle, size_t triangle_count, const double *xyz, size_t vertex_count, const unsigned char *locked,
+ * old vertices) over triangle, and which of the old ones each is to origin[triangle_count] (may be NULL); returns their number, or -1
+ * with a message. */
+long shim_simplify(int32_t *triangle, int32_t *origin, size_t triangle_count, const double *xyz, size_t vertex_count, const unsigned char *locked,
                    const int32_t *feature, size_t feature_count, double max_error, size_t face_target, char *message, size_t message_size);
 
 #ifdef __cplusplus

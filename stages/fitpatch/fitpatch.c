@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "formats/mesh.h"
+#include "stages/fitpatch/collapse.h"
 #include "stages/fitpatch/local.h"
 #include "stages/fitpatch/order.h"
 #include "stages/fitpatch/rounds.h"
@@ -159,20 +160,7 @@ int main(int argc, char **argv)
 
 	struct draft draft;
 	draft_start(&draft, &network);
-	size_t tangential_count = 0;
-	unsigned char *tangential = mem_array(network.curve_count, 1);
-	for (size_t k = 0; k < network.curve_count; k++) {
-		const struct curve *curve = &network.curve[k];
-		if (curve->kind != CURVE_SMOOTH || curve->left < 0 || curve->right < 0)
-			continue;
-		const struct dense_patch *left = &dense.patch[curve->left], *right = &dense.patch[curve->right];
-		/* Parts of one surface, and of one free form, are smooth from the start. */
-		if (left->parent == right->parent || (left->kind == PATCH_FREE && right->kind == PATCH_FREE))
-			continue;
-		tangential[k] = 1;
-		tangential_count++;
-		draft.network.curve[k].kind = CURVE_SHARP;
-	}
+	draft_sharpen(&draft, &dense);
 	double *sample = mem_array(3 * SAMPLES, sizeof *sample);
 	idx_t *sample_triangle = mem_array(SAMPLES, sizeof *sample_triangle);
 	sample_surface(sample, sample_triangle, SAMPLES, dense.xyz, dense.triangle, dense.triangle_count, 1);
@@ -188,16 +176,23 @@ int main(int argc, char **argv)
 	for (size_t p = 0; p < dense.patch_count; p++)
 		layouts.detail[p] = dense.patch[p].kind == PATCH_FREE ? FREE_DETAIL : 0;
 	size_t smooth = 0;
-	if (!rounds_layout(&draft, &rounds, &layouts, NULL, &fault) || !rounds_fit(&draft, &layouts, error, &rounds, &fault)
-	    || !rounds_relax(&draft, error, &smooth, tangential, &rounds, &fault))
+	if (!rounds_layout(&draft, &rounds, &layouts, NULL, &fault) || !rounds_fit(&draft, &layouts, error, &rounds, &fault))
 		tool_die(fault.code, "%s: %s", shown, fault.text);
-	tool_say("%zu of %zu tangential curves are smooth", smooth, tangential_count);
+	collapse_try(&draft, &layouts, error, &rounds);
+	if (!rounds_relax(&draft, error, &smooth, &rounds, &fault))
+		tool_die(fault.code, "%s: %s", shown, fault.text);
+	size_t tangential = 0;
+	for (size_t k = 0; k < draft.network.curve_count; k++)
+		tangential += draft.tangential[k];
+	tool_say("%zu of %zu tangential curves are smooth", smooth, tangential);
 	for (size_t p = 0; p < dense.patch_count; p++)
 		tool_say("patch %zu kind %d: mean %.3g%% max %.3g%% of the longest side, normals %.2f degrees, worst at %.4g %.4g %.4g", (size_t)former[p], dense.patch[p].kind,
 		         100 * error[p].mean / side, 100 * error[p].max / side, error[p].normal_deg, error[p].worst_point[0], error[p].worst_point[1],
 		         error[p].worst_point[2]);
 	for (size_t f = 0; f < draft.polygons.count; f++)
 		draft.polygons.patch[f] = former[draft.polygons.patch[f]];
+	for (size_t i = 0; i < draft.seam_count; i++)
+		draft.seam[3 * i + 2] = former[draft.seam[3 * i + 2]];
 	for (size_t k = 0; k < draft.network.curve_count; k++) {
 		struct curve *curve = &draft.network.curve[k];
 		curve->left = number_in_file(former, &dense, curve->left), curve->right = number_in_file(former, &dense, curve->right);

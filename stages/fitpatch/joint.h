@@ -18,6 +18,9 @@ struct draft {
 	struct control control;
 	struct polygons polygons;
 	struct network network;   /* curves over control points: positions are control.xyz, kinds control.role */
+	idx_t *seam;               /* 3 a seam, a chord of a plane patch that is a crease: its points, the patch */
+	size_t seam_count;
+	unsigned char *tangential; /* a curve: 1 where two surfaces join smoothly, though it is a crease so far (NULL: none) */
 };
 
 /* What is fitted to. */

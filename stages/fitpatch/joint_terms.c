@@ -82,7 +82,7 @@ void draft_cage(struct cage *cage, idx_t **vertex_of, const struct draft *draft)
 	size_t sides = 0;
 	for (size_t k = 0; k < draft->network.curve_count; k++)
 		sides += draft->network.curve[k].count;
-	cage->sharp = mem_array(2 * sides, sizeof *cage->sharp);
+	cage->sharp = mem_array(2 * (sides + draft->seam_count), sizeof *cage->sharp);
 	unsigned char *sharp_at = mem_array(vertices, 1);
 	for (size_t k = 0; k < draft->network.curve_count; k++) {
 		const struct curve *curve = &draft->network.curve[k];
@@ -104,6 +104,15 @@ void draft_cage(struct cage *cage, idx_t **vertex_of, const struct draft *draft)
 				cage->sharp[2 * cage->sharp_count] = pair[0], cage->sharp[2 * cage->sharp_count + 1] = pair[1];
 				cage->sharp_count++;
 			}
+		}
+	}
+	for (size_t i = 0; i < draft->seam_count; i++) {
+		const idx_t a = number[draft->seam[3 * i]], b = number[draft->seam[3 * i + 1]], pair[2] = {a < b ? a : b, a < b ? b : a};
+		if (a != NO_INDEX && b != NO_INDEX && bsearch(pair, edge, corners, 2 * sizeof *edge, compare_pairs)) {
+			memcpy(&cage->sharp[2 * cage->sharp_count++], pair, sizeof pair);
+			for (int k = 0; k < 2; k++)
+				if (sharp_at[pair[k]] < 3)
+					sharp_at[pair[k]]++;
 		}
 	}
 	qsort(cage->sharp, cage->sharp_count, 2 * sizeof *cage->sharp, compare_pairs);

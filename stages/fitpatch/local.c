@@ -22,6 +22,22 @@ void draft_start(struct draft *draft, const struct network *network)
 	draft->network.point = mem_copy(network->point, network->point_count, sizeof *network->point);
 }
 
+void draft_sharpen(struct draft *draft, const struct dense *dense)
+{
+	draft->tangential = mem_array(draft->network.curve_count, 1);
+	for (size_t k = 0; k < draft->network.curve_count; k++) {
+		struct curve *curve = &draft->network.curve[k];
+		if (curve->kind != CURVE_SMOOTH || curve->left < 0 || curve->right < 0)
+			continue;
+		const struct dense_patch *left = &dense->patch[curve->left], *right = &dense->patch[curve->right];
+		/* Parts of one surface, and of one free form, are smooth from the start. */
+		if (left->parent == right->parent || (left->kind == PATCH_FREE && right->kind == PATCH_FREE))
+			continue;
+		draft->tangential[k] = 1;
+		curve->kind = CURVE_SHARP;
+	}
+}
+
 void draft_copy(struct draft *to, const struct draft *from)
 {
 	*to = *from;
@@ -38,13 +54,15 @@ void draft_copy(struct draft *to, const struct draft *from)
 	to->polygons.corner_capacity = polygons->start[polygons->count];
 	to->network.curve = mem_copy(from->network.curve, from->network.curve_count, sizeof *from->network.curve);
 	to->network.point = mem_copy(from->network.point, from->network.point_count, sizeof *from->network.point);
+	to->seam = from->seam ? mem_copy(from->seam, 3 * from->seam_count, sizeof *from->seam) : NULL;
+	to->tangential = from->tangential ? mem_copy(from->tangential, from->network.curve_count, 1) : NULL;
 }
 
 void draft_free(struct draft *draft)
 {
 	control_free(&draft->control);
 	polygons_free(&draft->polygons);
-	free(draft->network.curve), free(draft->network.point);
+	free(draft->network.curve), free(draft->network.point), free(draft->tangential), free(draft->seam);
 	*draft = (struct draft){0};
 }
 
@@ -86,8 +104,9 @@ void local_to_ply(struct ply *ply, const struct draft *draft)
 	draft_cage(&fitted, &vertex_of, draft);
 	network.xyz = mem_array(3 * network.vertex_count, sizeof *network.xyz);
 	network.kind = mem_array(network.vertex_count, 1);
-	network.curve = mem_copy(draft->network.curve, network.curve_count, sizeof *network.curve);
-	network.point = mem_array(network.point_count, sizeof *network.point);
+	network.curve = mem_array(network.curve_count + draft->seam_count, sizeof *network.curve);
+	memcpy(network.curve, draft->network.curve, network.curve_count * sizeof *network.curve);
+	network.point = mem_array(network.point_count + 2 * draft->seam_count, sizeof *network.point);
 	for (size_t i = 0; i < draft->control.count; i++)
 		if (net[i] != NO_INDEX) {
 			copy3(&network.xyz[3 * (size_t)net[i]], &draft->control.xyz[3 * i]);
@@ -99,6 +118,11 @@ void local_to_ply(struct ply *ply, const struct draft *draft)
 	free(vertex_of);
 	for (size_t i = 0; i < network.point_count; i++)
 		network.point[i] = net[draft->network.point[i]];
+	for (size_t i = 0; i < draft->seam_count; i++) { /* chords with one patch on both sides */
+		const idx_t patch = draft->seam[3 * i + 2];
+		network.curve[network.curve_count++] = (struct curve){.left = patch, .right = patch, .kind = CURVE_SHARP, .first = network.point_count, .count = 2};
+		network.point[network.point_count++] = net[draft->seam[3 * i]], network.point[network.point_count++] = net[draft->seam[3 * i + 1]];
+	}
 	for (size_t k = 0; k < network.curve_count; k++)
 		network.curve[k].length = network_curve_length(&network, &network.curve[k]);
 

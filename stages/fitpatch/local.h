@@ -7,6 +7,8 @@
 
 /* Control points are the network's vertices; curves are copied. Points of curves that were moved by hand are held. */
 void draft_start(struct draft *draft, const struct network *network);
+/* Curves along which two surfaces join smoothly become creases, and tangential: see rounds_relax. */
+void draft_sharpen(struct draft *draft, const struct dense *dense);
 void draft_copy(struct draft *to, const struct draft *from);
 void draft_free(struct draft *draft);
 

@@ -7,6 +7,7 @@
 
 #include "stages/fitpatch/enrich.h"
 #include "stages/fitpatch/local.h"
+#include "stages/fitpatch/seam.h"
 
 /* A fold on less of a patch than this is left: it is smaller than what can be seen. */
 static const double fold_share = 1e-3, bent_fold_share = 1e-2; /* of planes; of others, where a new layout loses more */
@@ -67,21 +68,20 @@ bool rounds_layout(struct draft *draft, const struct rounds *rounds, const struc
 		            kinds[LAYOUT_FACE] + kinds[LAYOUT_BAND] + kinds[LAYOUT_GRID] + kinds[LAYOUT_DOME] + kinds[LAYOUT_CHORDS], kinds[LAYOUT_FACE],
 		            kinds[LAYOUT_BAND], kinds[LAYOUT_GRID], kinds[LAYOUT_DOME], kinds[LAYOUT_CHORDS], draft->polygons.count);
 	polygons_by_patch(&draft->polygons, dense->patch_count);
+	seams_find(draft, dense);
 	free(start), free(list);
 	anchors_free(&anchors);
 	edge_set_free(taken);
 	return good;
 }
 
-static bool fit_points(struct draft *draft, const struct rounds *rounds, const unsigned char *still, struct fault *fault)
+bool rounds_fit_points(struct draft *draft, const struct rounds *rounds, const unsigned char *still, struct fault *fault)
 {
 	*rounds->work += draft->polygons.count;
 	return joint_fit(draft, rounds->target, &rounds->joint, still, fault);
 }
 
-/* First the points inside patches, with the borders where the curves were fitted; then all. A patch that folds or gets worse by its
- * moving borders (it has too few points inside, and pushes its borders out instead) gets them back, until no patch does. */
-static bool fit_carefully(struct draft *draft, struct patch_error *error, struct face_error *face_error, const struct rounds *rounds, struct fault *fault)
+bool rounds_fit_once(struct draft *draft, struct patch_error *error, struct face_error *face_error, const struct rounds *rounds, struct fault *fault)
 {
 	const struct dense *dense = rounds->target->dense;
 	const size_t points = draft->control.count, patches = dense->patch_count;
@@ -89,7 +89,7 @@ static bool fit_carefully(struct draft *draft, struct patch_error *error, struct
 	bool inside = false;
 	for (size_t i = 0; i < points; i++)
 		still[i] = draft->control.role[i] != POINT_INSIDE, inside |= !still[i];
-	if ((inside && !fit_points(draft, rounds, still, fault)) || !joint_measure(error, face_error, patches, draft, rounds->target, fault)) {
+	if ((inside && !rounds_fit_points(draft, rounds, still, fault)) || !joint_measure(error, face_error, patches, draft, rounds->target, fault)) {
 		free(still);
 		return false;
 	}
@@ -99,7 +99,7 @@ static bool fit_carefully(struct draft *draft, struct patch_error *error, struct
 	memset(still, 0, points);
 	bool good = true, settled = false;
 	for (int attempt = 0; good && !settled && attempt < (*rounds->work < MOST_WORK ? CAREFUL_ATTEMPTS : 1); attempt++) {
-		good = fit_points(draft, rounds, still, fault) && joint_measure(error, face_error, patches, draft, rounds->target, fault);
+		good = rounds_fit_points(draft, rounds, still, fault) && joint_measure(error, face_error, patches, draft, rounds->target, fault);
 		settled = true;
 		for (size_t p = 0; good && p < patches; p++)
 			if (!bad[p] && (error[p].folded > first[p].folded + fold_share / 2 * dense->patch[p].area
@@ -119,14 +119,9 @@ static bool fit_carefully(struct draft *draft, struct patch_error *error, struct
 
 static bool is_plane(const struct dense *dense, size_t patch) { return dense->patch[patch].kind == PATCH_PLANE; }
 
-/* The state of a part after a fit. */
-struct state {
-	double mean, worst, folded; /* folded: share of the area */
-};
-
-static struct state whole_part(const struct patch_error *error, const struct dense *dense)
+struct part_state rounds_state(const struct patch_error *error, const struct dense *dense)
 {
-	struct state state = {0, 0, 0};
+	struct part_state state = {0, 0, 0};
 	double area = 0;
 	for (size_t p = 0; p < dense->patch_count; p++) {
 		state.mean += error[p].mean * dense->patch[p].area, area += dense->patch[p].area, state.folded += error[p].folded;
@@ -137,8 +132,7 @@ static struct state whole_part(const struct patch_error *error, const struct den
 	return state;
 }
 
-/* Lower is better; everything within the bounds is equally good. A hundredth of the area folded is as bad as an error of twice the bound. */
-static double badness(const struct state *state, const struct bounds *bounds)
+double rounds_badness(const struct part_state *state, const struct bounds *bounds)
 {
 	return fmax(1, state->mean / bounds->mean) + fmax(1, state->worst / bounds->max) + 100 * state->folded;
 }
@@ -153,7 +147,7 @@ struct plan {
 };
 
 /* Returns the number of patches that want something; *anew of them are only laid out again, with more detail. */
-static size_t plan_round(struct plan *plan, size_t *anew, struct layouts *layouts, const struct patch_error *error, const struct state *state,
+static size_t plan_round(struct plan *plan, size_t *anew, struct layouts *layouts, const struct patch_error *error, const struct part_state *state,
                          const struct rounds *rounds)
 {
 	const struct dense *dense = rounds->target->dense;
@@ -196,13 +190,13 @@ static bool fit_round(struct draft *draft, struct patch_error *error, struct fac
 		unsigned char *still = mem_array(draft->control.count, 1);
 		for (size_t i = 0; borders_still && i < old_points; i++)
 			still[i] = draft->control.role[i] != POINT_INSIDE;
-		const bool placed = fit_points(draft, rounds, still, fault);
+		const bool placed = rounds_fit_points(draft, rounds, still, fault);
 		free(still);
 		if (!placed || !rounds_layout(draft, rounds, layouts, again, fault))
 			return false;
 	}
 	*face_error = mem_array(draft->polygons.count, sizeof **face_error);
-	return fit_carefully(draft, error, *face_error, rounds, fault);
+	return rounds_fit_once(draft, error, *face_error, rounds, fault);
 }
 
 /* Both ways of placing new points: moving old border points makes room for them, but may push borders out; the second way is tried
@@ -215,15 +209,15 @@ static bool fit_better(struct draft *draft, struct patch_error *error, struct fa
 	if (old_points > 0)
 		draft_copy(&other, draft);
 	bool good = fit_round(draft, error, face_error, old_points, false, rounds, layouts, again, fault);
-	struct state state = whole_part(error, dense);
-	const double first = badness(&state, &rounds->bounds);
+	struct part_state state = rounds_state(error, dense);
+	const double first = rounds_badness(&state, &rounds->bounds);
 	if (good && old_points > 0 && first >= least && *rounds->work < MOST_WORK / 2) {
 		struct patch_error *other_error = mem_array(dense->patch_count, sizeof *other_error);
 		struct face_error *other_face;
 		struct fault other_fault = {0}; /* the first way worked: this one may fail */
 		const bool other_good = fit_round(&other, other_error, &other_face, old_points, true, rounds, layouts, again, &other_fault);
-		state = whole_part(other_error, dense);
-		if (other_good && badness(&state, &rounds->bounds) < first) {
+		state = rounds_state(other_error, dense);
+		if (other_good && rounds_badness(&state, &rounds->bounds) < first) {
 			draft_free(draft);
 			free(*face_error);
 			*draft = other;
@@ -237,10 +231,7 @@ static bool fit_better(struct draft *draft, struct patch_error *error, struct fa
 	return good;
 }
 
-/* A last fit with finer samples. The target's samples meet the flat triangles between those of the surface, which lie inside of a
- * convex surface by their sagitta and push it out by a part of that; a step of subdivision leaves a quarter. Too dear for every
- * round. Kept when it is better. */
-static bool settle(struct draft *draft, struct patch_error *error, const struct rounds *rounds, struct fault *fault)
+bool rounds_settle(struct draft *draft, struct patch_error *error, const struct rounds *rounds, struct fault *fault)
 {
 	const struct dense *dense = rounds->target->dense;
 	struct joint_options finer = rounds->joint;
@@ -254,10 +245,10 @@ static bool settle(struct draft *draft, struct patch_error *error, const struct 
 	struct patch_error *settled = mem_array(dense->patch_count, sizeof *settled);
 	double *before = mem_copy(draft->control.xyz, 3 * draft->control.count, sizeof *before);
 	const bool good = joint_fit(draft, rounds->target, &finer, NULL, fault) && joint_measure(settled, NULL, dense->patch_count, draft, rounds->target, fault);
-	const struct state was = whole_part(error, dense), is = whole_part(settled, dense);
+	const struct part_state was = rounds_state(error, dense), is = rounds_state(settled, dense);
 	rounds->say("settled: mean %.4g, largest %.4g, %.3g%% folded", is.mean, is.worst, 100 * is.folded);
 	/* Within the bounds a smaller mean counts too, against folds that no one sees. */
-	const double gain = badness(&was, &rounds->bounds) - badness(&is, &rounds->bounds) + (was.mean - is.mean) / (4 * rounds->bounds.mean);
+	const double gain = rounds_badness(&was, &rounds->bounds) - rounds_badness(&is, &rounds->bounds) + (was.mean - is.mean) / (4 * rounds->bounds.mean);
 	if (good && gain > 0)
 		memcpy(error, settled, dense->patch_count * sizeof *error);
 	else
@@ -285,10 +276,10 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 			free(face_error);
 			break;
 		}
-		const struct state state = whole_part(error, dense);
+		const struct part_state state = rounds_state(error, dense);
 		rounds->say("round %d: %zu faces, mean %.4g, largest %.4g (bounds %.4g, %.4g), %.3g%% folded", round, draft->polygons.count, state.mean, state.worst,
 		            rounds->bounds.mean, rounds->bounds.max, 100 * state.folded);
-		const double now = badness(&state, &rounds->bounds);
+		const double now = rounds_badness(&state, &rounds->bounds);
 		stale = now < 0.98 * least ? 0 : stale + 1;
 		if (now < 0.999 * least) {
 			draft_free(&best);
@@ -319,7 +310,7 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 	if (good) {
 		draft_free(draft);
 		*draft = best;
-		good = joint_measure(error, NULL, patches, draft, rounds->target, fault) && settle(draft, error, rounds, fault);
+		good = joint_measure(error, NULL, patches, draft, rounds->target, fault) && rounds_settle(draft, error, rounds, fault);
 	} else {
 		draft_free(&best);
 	}
@@ -327,13 +318,14 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 	return good;
 }
 
-bool rounds_relax(struct draft *draft, struct patch_error *error, size_t *smooth, const unsigned char *candidate, const struct rounds *rounds,
+bool rounds_relax(struct draft *draft, struct patch_error *error, size_t *smooth, const struct rounds *rounds,
                   struct fault *fault)
 {
 	const struct target *target = rounds->target;
 	const size_t patches = target->dense->patch_count;
 	const struct bounds *bounds = &rounds->bounds;
 	struct network *network = &draft->network;
+	const unsigned char *candidate = draft->tangential;
 	double *kept = mem_copy(draft->control.xyz, 3 * draft->control.count, sizeof *kept);
 	struct patch_error *now = mem_array(patches, sizeof *now);
 	*smooth = 0;
@@ -344,7 +336,7 @@ bool rounds_relax(struct draft *draft, struct patch_error *error, size_t *smooth
 	bool good = true;
 	for (int pass = 0; *smooth > 0 && pass < PASSES; pass++) {
 		memcpy(draft->control.xyz, kept, 3 * draft->control.count * sizeof *kept);
-		good = fit_points(draft, rounds, NULL, fault) && joint_measure(now, NULL, patches, draft, target, fault);
+		good = rounds_fit_points(draft, rounds, NULL, fault) && joint_measure(now, NULL, patches, draft, target, fault);
 		if (!good)
 			break;
 		size_t back = 0;
@@ -362,6 +354,14 @@ bool rounds_relax(struct draft *draft, struct patch_error *error, size_t *smooth
 		*smooth -= back;
 		if (back == 0)
 			break;
+	}
+	/* All points moved: other patches may have lost more than these curves gained. */
+	const struct part_state was = rounds_state(error, target->dense), is = rounds_state(now, target->dense);
+	if (good && *smooth > 0 && rounds_badness(&is, bounds) > 1.01 * rounds_badness(&was, bounds)) {
+		for (size_t k = 0; k < network->curve_count; k++)
+			if (candidate[k])
+				network->curve[k].kind = CURVE_SHARP;
+		*smooth = 0;
 	}
 	if (good && *smooth > 0)
 		memcpy(error, now, patches * sizeof *now);

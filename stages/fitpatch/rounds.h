@@ -27,6 +27,28 @@ struct layouts {
 	unsigned char *detail; /* see struct layout_context */
 };
 
+/* The state of a part after a fit. */
+struct part_state {
+	double mean, worst, folded; /* folded: share of the area */
+};
+struct part_state rounds_state(const struct patch_error *error, const struct dense *dense);
+/* Lower is better; everything within the bounds without folds is 2. A hundredth of the area folded is as bad as an error of twice the
+ * bound. */
+double rounds_badness(const struct part_state *state, const struct bounds *bounds);
+
+/* One fit of all points but those with still[control point] (NULL: none). */
+bool rounds_fit_points(struct draft *draft, const struct rounds *rounds, const unsigned char *still, struct fault *fault);
+
+/* First the points inside patches, with the borders where the curves were fitted; then all. A patch that folds or gets worse by its
+ * moving borders (it has too few points inside, and pushes its borders out instead) gets them back, until no patch does. Measures
+ * the patches, and the faces (NULL: not). */
+bool rounds_fit_once(struct draft *draft, struct patch_error *error, struct face_error *face_error, const struct rounds *rounds, struct fault *fault);
+
+/* A last fit with finer samples. The target's samples meet the flat triangles between those of the surface, which lie inside of a
+ * convex surface by their sagitta and push it out by a part of that; a step of subdivision leaves a quarter. Too dear for every
+ * round. Kept when it is better. */
+bool rounds_settle(struct draft *draft, struct patch_error *error, const struct rounds *rounds, struct fault *fault);
+
 /* Lay out the patches with chosen[patch] != 0 (NULL: all) over the control points as they are now; their former faces go. */
 bool rounds_layout(struct draft *draft, const struct rounds *rounds, const struct layouts *layouts, const unsigned char *chosen, struct fault *fault);
 
@@ -34,10 +56,10 @@ bool rounds_layout(struct draft *draft, const struct rounds *rounds, const struc
  * error (patch_count) is that of the draft in the end. */
 bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error *error, const struct rounds *rounds, struct fault *fault);
 
-/* Curves along which two surfaces join tangentially (candidate[curve]) are creases so far: a smooth rule there draws a coarse cage
+/* Curves along which two surfaces join tangentially are creases so far: a smooth rule there draws a coarse cage
  * with very unlike edge lengths far off its border. Make them smooth together, and those whose patches do not keep their error
  * creases again. Returns how many stay smooth in *smooth. */
-bool rounds_relax(struct draft *draft, struct patch_error *error, size_t *smooth, const unsigned char *candidate, const struct rounds *rounds,
+bool rounds_relax(struct draft *draft, struct patch_error *error, size_t *smooth, const struct rounds *rounds,
                   struct fault *fault);
 
 #endif

@@ -147,7 +147,7 @@ static void simplify_square(void **state)
 	double *xyz;
 	char message[200];
 	idx_t *triangle = flat_grid(10, &xyz);
-	const long left = shim_simplify(triangle, 200, xyz, 121, NULL, NULL, 0, 1e-12, 0, message, sizeof message);
+	const long left = shim_simplify(triangle, NULL, 200, xyz, 121, NULL, NULL, 0, 1e-12, 0, message, sizeof message);
 	assert_int_equal(left, 2);
 	assert_true(fabs(flat_area(triangle, left, xyz) - 1) < 1e-12);
 	free(triangle), free(xyz);
@@ -165,7 +165,7 @@ static void simplify_keeps_features(void **state)
 	locked[3 * 11 + 7] = 1;
 	for (idx_t i = 0; i < 10; i++)
 		feature[2 * i] = 5 * 11 + i, feature[2 * i + 1] = 5 * 11 + i + 1;
-	const long left = shim_simplify(triangle, 200, xyz, 121, locked, feature, 10, 1e-12, 0, message, sizeof message);
+	const long left = shim_simplify(triangle, NULL, 200, xyz, 121, locked, feature, 10, 1e-12, 0, message, sizeof message);
 	/* 4 corners, 2 ends of the line, 1 locked: 7 vertices, 6 at the border: 2 * 7 - 6 - 2 triangles */
 	assert_int_equal(left, 6);
 	assert_true(fabs(flat_area(triangle, left, xyz) - 1) < 1e-12);
@@ -185,7 +185,7 @@ static void simplify_stops_at_target(void **state)
 	double *xyz;
 	char message[200];
 	idx_t *triangle = flat_grid(10, &xyz);
-	const long left = shim_simplify(triangle, 200, xyz, 121, NULL, NULL, 0, 1e-12, 50, message, sizeof message);
+	const long left = shim_simplify(triangle, NULL, 200, xyz, 121, NULL, NULL, 0, 1e-12, 50, message, sizeof message);
 	assert_true(left <= 50 && left >= 48);
 	free(triangle), free(xyz);
 }
@@ -222,7 +222,7 @@ static void simplify_keeps_its_error(void **state)
 		idx_t *triangle = flat_grid(24, &xyz);
 		for (size_t v = 0; v < 625; v++)
 			xyz[3 * v + 2] = 0.4 * xyz[3 * v] * xyz[3 * v] - 0.3 * xyz[3 * v + 1] * xyz[3 * v + 1];
-		const long left = shim_simplify(triangle, 1152, xyz, 625, NULL, NULL, 0, e * e, 0, message, sizeof message);
+		const long left = shim_simplify(triangle, NULL, 1152, xyz, 625, NULL, NULL, 0, e * e, 0, message, sizeof message);
 		for (size_t v = 0; v < 625; v++) {
 			const double z = height_at(triangle, left, xyz, xyz[3 * v], xyz[3 * v + 1]);
 			assert_false(isnan(z)); /* the square is still covered */
@@ -241,11 +241,11 @@ static void simplify_refuses(void **state)
 	char message[200];
 	const double xyz[15] = {0};
 	idx_t bad[] = {0, 1, 2, 1, 0, 3, 0, 1, 4};
-	assert_int_equal(shim_simplify(bad, 3, xyz, 5, NULL, NULL, 0, 1, 0, message, sizeof message), -1);
+	assert_int_equal(shim_simplify(bad, NULL, 3, xyz, 5, NULL, NULL, 0, 1, 0, message, sizeof message), -1);
 	assert_string_equal(message, "the triangles do not make a manifold");
 	idx_t good[] = {0, 1, 2};
 	const idx_t feature[] = {0, 4};
-	assert_int_equal(shim_simplify(good, 1, xyz, 5, NULL, feature, 1, 1, 0, message, sizeof message), -1);
+	assert_int_equal(shim_simplify(good, NULL, 1, xyz, 5, NULL, feature, 1, 1, 0, message, sizeof message), -1);
 	assert_string_equal(message, "a feature edge is not in the mesh");
 }
 

@@ -243,13 +243,13 @@ static void test_relax(void **state)
 		rig_make(&rig, dense, 0.02, 0.01);
 		for (size_t k = 0; k < 12; k++)
 			rig.draft.network.curve[k].kind = CURVE_SHARP;
-		unsigned char candidate[12];
-		memset(candidate, 1, sizeof candidate);
+		rig.draft.tangential = mem_array(12, 1);
+		memset(rig.draft.tangential, 1, 12);
 		struct patch_error *error = fit(&rig);
 		double *before = mem_copy(rig.draft.control.xyz, 3 * rig.draft.control.count, sizeof *before);
 		size_t smooth;
 		assert_int_equal(rig.draft.network.curve_count, 12);
-		assert_true(rounds_relax(&rig.draft, error, &smooth, candidate, &rig.rounds, &fault));
+		assert_true(rounds_relax(&rig.draft, error, &smooth, &rig.rounds, &fault));
 		assert_int_equal(smooth, shape ? 0 : 12);
 		for (size_t k = 0; k < 12; k++)
 			assert_int_equal(rig.draft.network.curve[k].kind, shape ? CURVE_SHARP : CURVE_SMOOTH);

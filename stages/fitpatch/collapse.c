@@ -1,0 +1,193 @@
+/* Cages by edge collapse. */
+#include "stages/fitpatch/collapse.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "formats/memory.h"
+#include "formats/shim/openmesh.h"
+#include "stages/fitpatch/local.h"
+#include "stages/geometry/vector.h"
+
+/* Distances that are tried, in mean bounds: from the first down by the step, as smooth surfaces are better than the facets that the
+ * collapse measures. */
+static const double first_distance = 12, distance_step = 0.6;
+enum { DISTANCES = 9 };
+/* Work of all tries together (struct rounds), and faces of a cage that is worth it. */
+enum { MOST_WORK = 20000, MOST_FACES = 6000 };
+/* Free forms of more than this share of the area are tried in any case. */
+static const double free_share = 0.3;
+/* What is as good as within the bounds, which are a part of those that were asked for; and folds that are no reason to begin anew. */
+static const double slack = 1.2, most_folded = 5e-3;
+/* Bytes of a packed point and face, about: which of two cages is the smaller. */
+static const double point_bytes = 2.3, face_bytes = 0.4;
+
+/* Both ends of every side of every chain. */
+static idx_t *chain_edges(size_t *count, const struct border_network *border)
+{
+	idx_t *edge = mem_array(2 * (border->vertex_count + border->chain_count), sizeof *edge);
+	*count = 0;
+	for (size_t c = 0; c < border->chain_count; c++) {
+		const struct border_chain *chain = &border->chain[c];
+		const idx_t *vertex = &border->vertex[chain->first];
+		for (size_t i = 0; i + !chain->closed < chain->count; i++, ++*count)
+			edge[2 * *count] = vertex[i], edge[2 * *count + 1] = vertex[(i + 1) % chain->count];
+	}
+	return edge;
+}
+
+/* Curves and their control points from the vertices of the chains that are left; number: control point of a mesh vertex. */
+static void put_curves(struct draft *draft, idx_t *number, const struct dense *dense, const struct border_network *border, const unsigned char *used)
+{
+	for (size_t i = 0; i < border->node_count; i++)
+		if (used[border->node[i]])
+			number[border->node[i]] = control_add(&draft->control, &dense->xyz[3 * (size_t)border->node[i]], border->node_kind[i]);
+	struct network *network = &draft->network;
+	*network = (struct network){.curve = mem_array(border->chain_count, sizeof *network->curve),
+	                            .point = mem_array(border->vertex_count + border->chain_count, sizeof *network->point)};
+	for (size_t c = 0; c < border->chain_count; c++) {
+		const struct border_chain *chain = &border->chain[c];
+		struct curve *curve = &network->curve[network->curve_count++];
+		*curve = (struct curve){.left = chain->left, .right = chain->right, .kind = chain->kind, .closed = chain->closed, .first = network->point_count};
+		for (size_t i = 0; i < chain->count; i++) {
+			const idx_t v = border->vertex[chain->first + i];
+			if (!used[v])
+				continue;
+			if (number[v] == NO_INDEX)
+				number[v] = control_add(&draft->control, &dense->xyz[3 * (size_t)v], POINT_CREASE);
+			network->point[network->point_count++] = number[v];
+		}
+		curve->count = network->point_count - curve->first;
+	}
+	network->vertex_count = draft->control.count;
+}
+
+bool collapse_draft(struct draft *draft, const struct rounds *rounds, double distance, struct fault *fault)
+{
+	const struct dense *dense = rounds->target->dense;
+	const struct border_network *border = rounds->target->border;
+	unsigned char *locked = mem_array(dense->vertex_count, 1), *used = mem_array(dense->vertex_count, 1);
+	for (size_t i = 0; i < border->node_count; i++)
+		locked[border->node[i]] = 1;
+	idx_t *triangle = mem_copy(dense->triangle, 3 * dense->triangle_count, sizeof *triangle);
+	idx_t *origin = mem_array(dense->triangle_count, sizeof *origin);
+	size_t edges;
+	idx_t *edge = chain_edges(&edges, border);
+	char message[200];
+	const long left = shim_simplify(triangle, origin, dense->triangle_count, dense->xyz, dense->vertex_count, locked, edge, edges, distance * distance, 0,
+	                                message, sizeof message);
+	*draft = (struct draft){0};
+	polygons_init(&draft->polygons);
+	if (left >= 0) {
+		idx_t *number = mem_array(dense->vertex_count, sizeof *number);
+		for (size_t v = 0; v < dense->vertex_count; v++)
+			number[v] = NO_INDEX;
+		for (size_t i = 0; i < 3 * (size_t)left; i++)
+			used[triangle[i]] = 1;
+		put_curves(draft, number, dense, border, used);
+		for (size_t t = 0; t < (size_t)left; t++) {
+			idx_t corner[3];
+			for (size_t k = 0; k < 3; k++) {
+				const idx_t v = triangle[3 * t + k];
+				if (number[v] == NO_INDEX)
+					number[v] = control_add(&draft->control, &dense->xyz[3 * (size_t)v], POINT_INSIDE);
+				corner[k] = number[v];
+			}
+			polygons_add(&draft->polygons, corner, 3, dense->label[origin[t]]);
+		}
+		polygons_by_patch(&draft->polygons, dense->patch_count);
+		draft_sharpen(draft, dense);
+		free(number);
+	}
+	free(locked), free(used), free(triangle), free(origin), free(edge);
+	return left >= 0 || fault_set(fault, EX_BAD_INPUT, "%s", message);
+}
+
+static bool is_within(const struct part_state *state, const struct bounds *bounds)
+{
+	return state->mean <= slack * bounds->mean && state->worst <= slack * bounds->max && state->folded <= most_folded;
+}
+
+static double bytes_of(const struct draft *draft) { return point_bytes * (double)draft->control.count + face_bytes * (double)draft->polygons.count; }
+
+/* A cage by collapse, fitted; its plane patches get polygons once the points on their borders have found their places. */
+static bool fit_collapsed(struct draft *draft, struct layouts *layouts, struct patch_error *error, const struct rounds *rounds, double distance,
+                          struct fault *fault)
+{
+	const struct dense *dense = rounds->target->dense;
+	if (!collapse_draft(draft, rounds, distance, fault))
+		return false;
+	if (draft->polygons.count > MOST_FACES)
+		return fault_set(fault, EX_BAD_INPUT, "%zu faces", draft->polygons.count);
+	if (!rounds_fit_points(draft, rounds, NULL, fault))
+		return false;
+	unsigned char *plane = mem_array(dense->patch_count, 1);
+	bool any = false;
+	for (size_t p = 0; p < dense->patch_count; p++) {
+		plane[p] = dense->patch[p].kind == PATCH_PLANE;
+		layouts->kind[p] = LAYOUT_CHORDS, layouts->detail[p] = 0;
+		any |= plane[p];
+	}
+	const bool good = !any || rounds_layout(draft, rounds, layouts, plane, fault);
+	free(plane);
+	return good && rounds_fit_once(draft, error, NULL, rounds, fault) && rounds_settle(draft, error, rounds, fault);
+}
+
+void collapse_try(struct draft *draft, struct layouts *layouts, struct patch_error *error, const struct rounds *rounds)
+{
+	const struct dense *dense = rounds->target->dense;
+	const size_t patches = dense->patch_count, chains = rounds->target->border->chain_count;
+	struct part_state state = rounds_state(error, dense);
+	double least = rounds_badness(&state, &rounds->bounds), area = 0, free_area = 0;
+	bool within = is_within(&state, &rounds->bounds);
+	for (size_t p = 0; p < patches; p++) {
+		area += dense->patch[p].area;
+		free_area += dense->patch[p].kind == PATCH_FREE ? dense->patch[p].area : 0;
+	}
+	for (size_t i = 0; i < draft->control.count; i++)
+		if (draft->control.held[i])
+			return; /* what a person moved stays */
+	if (within && free_area <= free_share * area)
+		return;
+	idx_t *own_chain = mem_array(chains, sizeof *own_chain);
+	for (size_t c = 0; c < chains; c++)
+		own_chain[c] = (idx_t)c;
+	size_t work = 0;
+	struct rounds own = *rounds;
+	own.chain_of_curve = own_chain, own.work = &work;
+	double distance = first_distance * rounds->bounds.mean;
+	for (int try = 0; try < DISTANCES && work < MOST_WORK; try++, distance *= distance_step) {
+		struct draft other;
+		struct patch_error *other_error = mem_array(patches, sizeof *other_error);
+		struct layouts other_layouts = {mem_array(patches, 1), mem_array(patches, 1)};
+		struct fault other_fault = {0};
+		bool take = false, done = false;
+		if (fit_collapsed(&other, &other_layouts, other_error, &own, distance, &other_fault)) {
+			state = rounds_state(other_error, dense);
+			const double now = rounds_badness(&state, &rounds->bounds);
+			done = is_within(&state, &rounds->bounds);
+			take = done && within ? bytes_of(&other) < bytes_of(draft) : done || (!within && now < least);
+			rounds->say("by collapse: %zu points, %zu faces, mean %.4g, largest %.4g, %.3g%% folded: %s", other.control.count, other.polygons.count,
+			            state.mean, state.worst, 100 * state.folded, take ? "taken" : "left");
+			if (take)
+				least = now, within = done;
+		} else {
+			rounds->say("by collapse: %s", other_fault.text);
+			done = true;
+		}
+		if (take) {
+			const struct draft swap = *draft;
+			*draft = other, other = swap;
+			memcpy(error, other_error, patches * sizeof *error);
+			memcpy(layouts->kind, other_layouts.kind, patches);
+		}
+		const bool larger = bytes_of(&other) > bytes_of(draft);
+		draft_free(&other);
+		free(other_error), free(other_layouts.kind), free(other_layouts.detail);
+		/* Finer ones would only be larger. */
+		if (done || (within && larger))
+			break;
+	}
+	free(own_chain);
+}
