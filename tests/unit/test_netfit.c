@@ -204,7 +204,7 @@ static void test_contract_shortest(void **state)
 	for (size_t turn = 0; turn < 4; turn++) {
 		double xyz[24] = {0};
 		idx_t triangle[30], p[4];
-		const idx_t label[10] = {0, 0, 0, 0, 0, 0, 0, 0, 1, 1};
+		const idx_t label[10] = {1, 1, 2, 2, 3, 3, 4, 4, 0, 0};
 		for (size_t k = 0; k < 4; k++) {
 			p[k] = (idx_t)((k + turn) % 4);
 			memcpy(xyz + 3 * (size_t)p[k], inner + 2 * k, 2 * sizeof *inner);
@@ -217,7 +217,7 @@ static void test_contract_shortest(void **state)
 		}
 		const idx_t quad[6] = {p[0], p[1], p[2], p[0], p[2], p[3]};
 		memcpy(triangle + 24, quad, sizeof quad);
-		struct dense d = make(xyz, 8, triangle, label, 10, 2);
+		struct dense d = make(xyz, 8, triangle, label, 10, 5);
 		struct netfit_report report;
 		struct network n = fit(&report, &d, 2e-3);
 		assert_int_equal(report.contracted, 1);
