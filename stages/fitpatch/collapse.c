@@ -18,8 +18,6 @@ enum { DISTANCES = 9 };
 enum { MOST_WORK = 20000, MOST_FACES = 6000 };
 /* Free forms of more than this share of the area are tried in any case. */
 static const double free_share = 0.3;
-/* What is as good as within the bounds, which are a part of those that were asked for; and folds that are no reason to begin anew. */
-static const double slack = 1.2, most_folded = 5e-3;
 /* Bytes of a packed point and face, about: which of two cages is the smaller. */
 static const double point_bytes = 2.3, face_bytes = 0.4;
 
@@ -104,11 +102,6 @@ bool collapse_draft(struct draft *draft, const struct rounds *rounds, double dis
 	return left >= 0 || fault_set(fault, EX_BAD_INPUT, "%s", message);
 }
 
-static bool is_within(const struct part_state *state, const struct bounds *bounds)
-{
-	return state->mean <= slack * bounds->mean && state->worst <= slack * bounds->max && state->folded <= most_folded;
-}
-
 static double bytes_of(const struct draft *draft) { return point_bytes * (double)draft->control.count + face_bytes * (double)draft->polygons.count; }
 
 /* A cage by collapse, fitted; its plane patches get polygons once the points on their borders have found their places. */
@@ -140,7 +133,7 @@ void collapse_try(struct draft *draft, struct layouts *layouts, struct patch_err
 	const size_t patches = dense->patch_count, chains = rounds->target->border->chain_count;
 	struct part_state state = rounds_state(error, dense);
 	double least = rounds_badness(&state, &rounds->bounds), area = 0, free_area = 0;
-	bool within = is_within(&state, &rounds->bounds);
+	bool within = rounds_within(&state, &rounds->bounds);
 	for (size_t p = 0; p < patches; p++) {
 		area += dense->patch[p].area;
 		free_area += dense->patch[p].kind == PATCH_FREE ? dense->patch[p].area : 0;
@@ -160,13 +153,13 @@ void collapse_try(struct draft *draft, struct layouts *layouts, struct patch_err
 	for (int try = 0; try < DISTANCES && work < MOST_WORK; try++, distance *= distance_step) {
 		struct draft other;
 		struct patch_error *other_error = mem_array(patches, sizeof *other_error);
-		struct layouts other_layouts = {mem_array(patches, 1), mem_array(patches, 1)};
+		struct layouts other_layouts = {mem_array(patches, 1), mem_array(patches, 1), mem_array(patches, 1)};
 		struct fault other_fault = {0};
 		bool take = false, done = false;
 		if (fit_collapsed(&other, &other_layouts, other_error, &own, distance, &other_fault)) {
 			state = rounds_state(other_error, dense);
 			const double now = rounds_badness(&state, &rounds->bounds);
-			done = is_within(&state, &rounds->bounds);
+			done = rounds_within(&state, &rounds->bounds);
 			take = done && within ? bytes_of(&other) < bytes_of(draft) : done || (!within && now < least);
 			rounds->say("by collapse: %zu points, %zu faces, mean %.4g, largest %.4g, %.3g%% folded: %s", other.control.count, other.polygons.count,
 			            state.mean, state.worst, 100 * state.folded, take ? "taken" : "left");
@@ -180,11 +173,12 @@ void collapse_try(struct draft *draft, struct layouts *layouts, struct patch_err
 			const struct draft swap = *draft;
 			*draft = other, other = swap;
 			memcpy(error, other_error, patches * sizeof *error);
-			memcpy(layouts->kind, other_layouts.kind, patches);
+			const struct layouts theirs = *layouts;
+			*layouts = other_layouts, other_layouts = theirs;
 		}
 		const bool larger = bytes_of(&other) > bytes_of(draft);
 		draft_free(&other);
-		free(other_error), free(other_layouts.kind), free(other_layouts.detail);
+		free(other_error), free(other_layouts.kind), free(other_layouts.detail), free(other_layouts.faceted);
 		/* Finer ones would only be larger. */
 		if (done || (within && larger))
 			break;

@@ -10,7 +10,7 @@
 bool collapse_draft(struct draft *draft, const struct rounds *rounds, double distance, struct fault *fault);
 
 /* Where the rounds did not end within the bounds, or most of the part is free form: cages by collapse, from coarse to fine, until
- * one is within the bounds. It takes the place of the draft (and error, layouts->kind) when that was not, or has more points. */
+ * one is within the bounds. It takes the place of the draft (and error, layouts) when that was not, or has more points. */
 void collapse_try(struct draft *draft, struct layouts *layouts, struct patch_error *error, const struct rounds *rounds);
 
 #endif

@@ -7,6 +7,7 @@
 
 #include "formats/mesh.h"
 #include "stages/fitpatch/collapse.h"
+#include "stages/fitpatch/facet.h"
 #include "stages/fitpatch/local.h"
 #include "stages/fitpatch/order.h"
 #include "stages/fitpatch/rounds.h"
@@ -172,12 +173,14 @@ int main(int argc, char **argv)
 	size_t work = 0;
 	const struct rounds rounds = {&target, &half, chain_of_curve, {options.iterations, options.level, options.variant}, {max, mean}, options.rounds, &work, former, tool_say};
 	struct patch_error *error = mem_array(dense.patch_count, sizeof *error);
-	struct layouts layouts = {mem_array(dense.patch_count, 1), mem_array(dense.patch_count, 1)};
+	struct layouts layouts = {mem_array(dense.patch_count, 1), mem_array(dense.patch_count, 1), mem_array(dense.patch_count, 1)};
 	for (size_t p = 0; p < dense.patch_count; p++)
 		layouts.detail[p] = dense.patch[p].kind == PATCH_FREE ? FREE_DETAIL : 0;
 	size_t smooth = 0;
 	if (!rounds_layout(&draft, &rounds, &layouts, NULL, &fault) || !rounds_fit(&draft, &layouts, error, &rounds, &fault))
 		tool_die(fault.code, "%s: %s", shown, fault.text);
+	/* What is out of bounds yet: facets for the patches concerned, or another cage for the whole part. */
+	facet_rest(&draft, &layouts, error, &rounds);
 	collapse_try(&draft, &layouts, error, &rounds);
 	if (!rounds_relax(&draft, error, &smooth, &rounds, &fault))
 		tool_die(fault.code, "%s: %s", shown, fault.text);

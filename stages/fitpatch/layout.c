@@ -290,7 +290,7 @@ bool layout_patch(enum layout_kind *kind, struct layout_context *context, idx_t 
 			*kind = LAYOUT_DOME, done = true;
 	}
 	const size_t loop_count = loops.count;
-	const double limit = context->detail[patch] ? ldexp(16 * context->tolerance, -context->detail[patch]) : INFINITY;
+	const double limit = context->detail[patch] && !is_plane ? ldexp(16 * context->tolerance, -context->detail[patch]) : INFINITY;
 	unsigned char *crowded = done || isinf(limit) ? mem_array(sheet.vertex_count, 1) : find_crowded(&sheet, &loops);
 	loops_free(&loops);
 	if (done) {
@@ -324,7 +324,7 @@ bool layout_patch(enum layout_kind *kind, struct layout_context *context, idx_t 
 			if (sheet.outgoing[v] != NO_INDEX && sheet.point[v] == NO_INDEX)
 				sheet.point[v] = control_add(context->control, &sheet.xyz[3 * v], POINT_INSIDE);
 		chords.control = context->control->xyz;
-		const struct merge_options options = {is_plane, context->flat};
+		const struct merge_options options = {is_plane, is_plane ? context->detail[patch] : 0, context->flat};
 		merge_triangles(context, &chords, &options, patch);
 		*kind = context->polygons->count - faces_before == 1 && loop_count == 1 ? LAYOUT_FACE : LAYOUT_CHORDS;
 	}

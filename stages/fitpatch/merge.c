@@ -56,11 +56,11 @@ static size_t union_corners(idx_t *corner, const struct rings *rings, const stru
 }
 
 /* Points on curves are harmless: the curve is smooth there. */
-static bool has_reflex_node(const struct layout_context *context, const idx_t *corner, size_t count, const double normal[3])
+static bool has_reflex_node(const struct layout_context *context, const struct merge_options *options, const idx_t *corner, size_t count, const double normal[3])
 {
 	for (size_t i = 0; i < count; i++) {
 		const unsigned char role = context->control->role[corner[i]];
-		if (role != POINT_CREASE && role != POINT_INSIDE && polygon_turn_deg(context->control->xyz, corner, count, i, normal) < -POLYGON_REFLEX_DEG)
+		if ((options->caution > 0 || (role != POINT_CREASE && role != POINT_INSIDE)) && polygon_turn_deg(context->control->xyz, corner, count, i, normal) < -POLYGON_REFLEX_DEG)
 			return true;
 	}
 	return false;
@@ -80,7 +80,7 @@ static bool is_good(const struct layout_context *context, const struct merge_opt
 	const bool flat = polygon_flatness(xyz, corner, count) <= options->flat;
 	if (!flat && count > 4)
 		return false;
-	return !has_reflex_node(context, corner, count, normal) && polygon_star(xyz, corner, count, normal) > (options->is_plane ? plane_margin : bent_margin);
+	return !has_reflex_node(context, options, corner, count, normal) && polygon_star(xyz, corner, count, normal) > (options->is_plane ? plane_margin : bent_margin);
 }
 
 /* The largest height of the target over the polygon's middle: a plane polygon under a dome must stay cut. */

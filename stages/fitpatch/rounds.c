@@ -11,8 +11,10 @@
 
 /* A fold on less of a patch than this is left: it is smaller than what can be seen. */
 static const double fold_share = 1e-3, bent_fold_share = 1e-2; /* of planes; of others, where a new layout loses more */
+/* Of a part that is within its bounds. */
+static const double most_folded = 5e-3;
 /* Rounds that try to get rid of a patch's folds by new border points. */
-enum { FOLD_ROUNDS = 3, MOST_DETAIL = 8, CAREFUL_ATTEMPTS = 3 };
+enum { MOST_CAUTION = 2, FOLD_ROUNDS = 4, MOST_DETAIL = 8, CAREFUL_ATTEMPTS = 3 };
 /* Rounds in a row that may pass without getting better. */
 enum { STALE_ROUNDS = 3 };
 enum { MOST_FACES_AT_LEAST = 400, FACES_DIVISOR = 8 };
@@ -68,7 +70,7 @@ bool rounds_layout(struct draft *draft, const struct rounds *rounds, const struc
 		            kinds[LAYOUT_FACE] + kinds[LAYOUT_BAND] + kinds[LAYOUT_GRID] + kinds[LAYOUT_DOME] + kinds[LAYOUT_CHORDS], kinds[LAYOUT_FACE],
 		            kinds[LAYOUT_BAND], kinds[LAYOUT_GRID], kinds[LAYOUT_DOME], kinds[LAYOUT_CHORDS], draft->polygons.count);
 	polygons_by_patch(&draft->polygons, dense->patch_count);
-	seams_find(draft, dense);
+	seams_find(draft, dense, layouts->faceted);
 	free(start), free(list);
 	anchors_free(&anchors);
 	edge_set_free(taken);
@@ -137,6 +139,11 @@ double rounds_badness(const struct part_state *state, const struct bounds *bound
 	return fmax(1, state->mean / bounds->mean) + fmax(1, state->worst / bounds->max) + 100 * state->folded;
 }
 
+bool rounds_within(const struct part_state *state, const struct bounds *bounds)
+{
+	return state->mean <= ROUNDS_SLACK * bounds->mean && state->worst <= ROUNDS_SLACK * bounds->max && state->folded <= most_folded;
+}
+
 /* What each patch gets in a round. */
 struct plan {
 	unsigned char *want;        /* enum want */
@@ -160,7 +167,12 @@ static size_t plan_round(struct plan *plan, size_t *anew, struct layouts *layout
 		const bool stuck = error[p].max > 0.9 * plan->last_max[p] && layouts->kind[p] == LAYOUT_CHORDS;
 		plan->want[p] = WANT_NOTHING, plan->again[p] = 0, plan->touched[p] = 0;
 		if (is_plane(dense, p)) {
-			plan->want[p] = folds || far ? WANT_BORDER : WANT_NOTHING;
+			/* More cautious faces cost less than more points on a border. */
+			const bool careful = (folds || far) && layouts->detail[p] < MOST_CAUTION;
+			if (careful)
+				layouts->faceted[p] = ++layouts->detail[p] == MOST_CAUTION;
+			*anew += careful;
+			plan->want[p] = (folds || far) && !careful ? WANT_BORDER : WANT_NOTHING;
 			plan->again[p] = folds || far;
 		} else if (folds && plan->fold_rounds[p] == 0) {
 			plan->want[p] = WANT_BORDER;

@@ -25,6 +25,7 @@ struct rounds {
 struct layouts {
 	unsigned char *kind;   /* enum layout_kind */
 	unsigned char *detail; /* see struct layout_context */
+	unsigned char *faceted; /* 1: creases on all chords */
 };
 
 /* The state of a part after a fit. */
@@ -35,6 +36,9 @@ struct part_state rounds_state(const struct patch_error *error, const struct den
 /* Lower is better; everything within the bounds without folds is 2. A hundredth of the area folded is as bad as an error of twice the
  * bound. */
 double rounds_badness(const struct part_state *state, const struct bounds *bounds);
+/* What counts as within the bounds in the end: those of this stage are a part of what was asked for. */
+#define ROUNDS_SLACK 1.2
+bool rounds_within(const struct part_state *state, const struct bounds *bounds);
 
 /* One fit of all points but those with still[control point] (NULL: none). */
 bool rounds_fit_points(struct draft *draft, const struct rounds *rounds, const unsigned char *still, struct fault *fault);

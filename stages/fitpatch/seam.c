@@ -64,7 +64,7 @@ static bool keeps_side(const double a[3], const double b[3], const double m[3], 
 	return dot3(first, whole) > least && dot3(second, whole) > least;
 }
 
-void seams_find(struct draft *draft, const struct dense *dense)
+void seams_find(struct draft *draft, const struct dense *dense, const unsigned char *all)
 {
 	const struct polygons *polygons = &draft->polygons;
 	unsigned char *corner = find_corners(draft);
@@ -78,12 +78,12 @@ void seams_find(struct draft *draft, const struct dense *dense)
 	struct side *side = mem_array(polygons->start[polygons->count], sizeof *side);
 	size_t sides = 0;
 	for (size_t f = 0; f < polygons->count; f++) {
-		if (dense->patch[polygons->patch[f]].kind != PATCH_PLANE)
+		if (dense->patch[polygons->patch[f]].kind != PATCH_PLANE && !all[polygons->patch[f]])
 			continue;
 		const size_t low = polygons->start[f], high = polygons->start[f + 1];
 		for (size_t i = low; i < high; i++) {
 			const idx_t a = polygons->corner[i], b = polygons->corner[i + 1 < high ? i + 1 : low];
-			if (corner[a] && corner[b] && !edge_set_has(curves, a, b))
+			if (((corner[a] && corner[b]) || all[polygons->patch[f]]) && !edge_set_has(curves, a, b))
 				side[sides++] = (struct side){a < b ? a : b, a < b ? b : a, (idx_t)f, a};
 		}
 	}
@@ -102,7 +102,7 @@ void seams_find(struct draft *draft, const struct dense *dense)
 		face_middle(two, draft, (size_t)t->face);
 		for (int k = 0; k < 3; k++)
 			m[k] = (a[k] + b[k] + one[k] + two[k]) / 4;
-		if (keeps_side(a, b, m, one) && keeps_side(b, a, m, two))
+		if (!all[polygons->patch[s->face]] && keeps_side(a, b, m, one) && keeps_side(b, a, m, two))
 			continue;
 		idx_t *seam = &draft->seam[3 * draft->seam_count++];
 		seam[0] = s->low, seam[1] = s->high, seam[2] = polygons->patch[s->face];
