@@ -120,7 +120,11 @@ template <class MeshT> class ModPlaneDistanceT : public Decimater::ModBaseT<Mesh
 				corner[i++] = v == ci.v0 ? ci.p1 : mesh.point(v);
 			after = (corner[1] - corner[0]) % (corner[2] - corner[0]);
 			const double scale = before.norm() * after.norm();
-			if (!(after.norm() > 0) || (scale > 0 && (before | after) < least_cosine_ * scale))
+			/* No triangle may become a line: its edges would come to lie on each other. */
+			double longest = 0;
+			for (int k = 0; k < 3; k++)
+				longest = std::max(longest, (corner[k] - corner[(k + 1) % 3]).sqrnorm());
+			if (!(after.norm() > 1e-3 * longest) || (scale > 0 && (before | after) < least_cosine_ * scale))
 				return float(Base::ILLEGAL_COLLAPSE);
 		}
 		Sum surface = mesh.property(surface_, ci.v0), line = mesh.property(line_, ci.v0);

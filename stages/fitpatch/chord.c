@@ -19,6 +19,9 @@ struct edge_set {
 	size_t room, count;
 };
 
+/* Height over longest side of a triangle that is as good as a line. */
+static const double flat_height = 1e-3;
+
 static size_t slot_hash(idx_t a, idx_t b, size_t room)
 {
 	uint64_t x = ((uint64_t)(uint32_t)a << 32) | (uint32_t)b;
@@ -180,5 +183,6 @@ double chord_triangle_cost(void *opaque, idx_t a, idx_t b, idx_t c)
 	const double turn = foot.triangle == NO_INDEX || doubled <= 0 ? 0 : fmin(dot3(foot.normal, normal), dot3(foot.normal, outer));
 	const double fold = turn < 0.3 ? 1000 * (0.3 - turn) : 0;
 	const double height = longest > 0 ? doubled / longest / longest : 0; /* relative; 0.87 for an equilateral triangle */
-	return fold + (height < 0.1 ? 20 * (1 - height / 0.1) : 0);
+	/* A triangle without height has an edge on its neighbour's two: refined, they are one. */
+	return fold + (height < 0.1 ? 20 * (1 - height / 0.1) : 0) + (height < flat_height ? 500 : 0);
 }

@@ -7,6 +7,7 @@
 
 #include "formats/memory.h"
 #include "formats/shim/openmesh.h"
+#include "stages/fitpatch/facet.h"
 #include "stages/fitpatch/local.h"
 #include "stages/geometry/vector.h"
 
@@ -14,6 +15,8 @@
  * collapse measures. */
 static const double first_distance = 12, distance_step = 0.6;
 enum { DISTANCES = 9 };
+/* The first one of facets that stay facets. */
+static const double first_facets = 2;
 /* Work of all tries together (struct rounds), and faces of a cage that is worth it. */
 enum { MOST_WORK = 20000, MOST_FACES = 6000 };
 /* Free forms of more than this share of the area are tried in any case. */
@@ -127,6 +130,64 @@ static bool fit_collapsed(struct draft *draft, struct layouts *layouts, struct p
 	return good && rounds_fit_once(draft, error, NULL, rounds, fault) && rounds_settle(draft, error, rounds, fault);
 }
 
+/* The collapsed mesh itself: nothing smooth is left, so that its error is that of its triangles, which the distance bounds. */
+static bool facets_only(struct draft *draft, struct layouts *layouts, struct patch_error *error, const struct rounds *rounds, double distance,
+                        struct fault *fault)
+{
+	const struct dense *dense = rounds->target->dense;
+	if (!collapse_draft(draft, rounds, distance, fault))
+		return false;
+	for (size_t i = 0; i < draft->control.count; i++)
+		if (draft->control.role[i] != POINT_INSIDE)
+			draft->control.role[i] = POINT_CORNER;
+	for (size_t k = 0; k < draft->network.curve_count; k++) {
+		draft->tangential[k] = 0;
+		if (draft->network.curve[k].kind == CURVE_SMOOTH)
+			draft->network.curve[k].kind = CURVE_SHARP;
+	}
+	unsigned char *plane = mem_array(dense->patch_count, 1);
+	for (size_t p = 0; p < dense->patch_count; p++) {
+		plane[p] = dense->patch[p].kind == PATCH_PLANE;
+		layouts->kind[p] = LAYOUT_CHORDS, layouts->detail[p] = 1, layouts->faceted[p] = 1;
+	}
+	const bool good = rounds_layout(draft, rounds, layouts, plane, fault);
+	free(plane);
+	return good && joint_measure(error, NULL, dense->patch_count, draft, rounds->target, fault);
+}
+
+/* From coarse to fine until one is within the bounds. */
+static void try_facets(struct draft *draft, struct layouts *layouts, struct patch_error *error, const struct rounds *rounds)
+{
+	const size_t patches = rounds->target->dense->patch_count;
+	double distance = first_facets * rounds->bounds.mean;
+	for (int try = 0; try < DISTANCES; try++, distance *= distance_step) {
+		struct draft other = {0};
+		struct patch_error *other_error = mem_array(patches, sizeof *other_error);
+		struct layouts other_layouts = {mem_array(patches, 1), mem_array(patches, 1), mem_array(patches, 1)};
+		struct fault fault = {0};
+		bool good = facets_only(&other, &other_layouts, other_error, rounds, distance, &fault);
+		if (good) {
+			const struct part_state state = rounds_state(other_error, rounds->target->dense);
+			good = rounds_within(&state, &rounds->bounds);
+			rounds->say("as facets: %zu points, %zu faces, mean %.4g, largest %.4g, %.3g%% folded: %s", other.control.count, other.polygons.count, state.mean,
+			            state.worst, 100 * state.folded, good ? "taken" : "left");
+		} else {
+			rounds->say("as facets: %s", fault.text);
+		}
+		if (good) {
+			const struct draft swap = *draft;
+			*draft = other, other = swap;
+			const struct layouts theirs = *layouts;
+			*layouts = other_layouts, other_layouts = theirs;
+			memcpy(error, other_error, patches * sizeof *error);
+		}
+		draft_free(&other);
+		free(other_error), free(other_layouts.kind), free(other_layouts.detail), free(other_layouts.faceted);
+		if (good)
+			break;
+	}
+}
+
 void collapse_try(struct draft *draft, struct layouts *layouts, struct patch_error *error, const struct rounds *rounds)
 {
 	const struct dense *dense = rounds->target->dense;
@@ -158,6 +219,10 @@ void collapse_try(struct draft *draft, struct layouts *layouts, struct patch_err
 		bool take = false, done = false;
 		if (fit_collapsed(&other, &other_layouts, other_error, &own, distance, &other_fault)) {
 			state = rounds_state(other_error, dense);
+			if (!rounds_within(&state, &rounds->bounds) && state.mean <= rounds->bounds.mean) {
+				facet_rest(&other, &other_layouts, other_error, &own); /* a few patches spoil it */
+				state = rounds_state(other_error, dense);
+			}
 			const double now = rounds_badness(&state, &rounds->bounds);
 			done = rounds_within(&state, &rounds->bounds);
 			take = done && within ? bytes_of(&other) < bytes_of(draft) : done || (!within && now < least);
@@ -183,5 +248,7 @@ void collapse_try(struct draft *draft, struct layouts *layouts, struct patch_err
 		if (done || (within && larger))
 			break;
 	}
+	if (!within)
+		try_facets(draft, layouts, error, &own);
 	free(own_chain);
 }

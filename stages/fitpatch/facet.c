@@ -8,7 +8,7 @@
 #include "stages/fitpatch/enrich.h"
 #include "stages/fitpatch/local.h"
 
-enum { PASSES = 5 };
+enum { PASSES = 4 };
 /* Detail (struct layout_context) of bent patches in the first pass: triangles within the bound itself; a step finer every pass. */
 enum { FIRST_DETAIL = 4, LAST_DETAIL = 6 };
 /* Folded by more than this share of its area a patch is left over, too. */

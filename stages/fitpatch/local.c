@@ -86,6 +86,8 @@ static size_t number_net(idx_t *net, const struct draft *draft)
 	for (size_t k = 0; k < draft->network.curve_count; k++)
 		for (size_t i = 0; i < draft->network.curve[k].count; i++)
 			net[draft->network.point[draft->network.curve[k].first + i]] = 0;
+	for (size_t i = 0; i < draft->seam_count; i++)
+		net[draft->seam[3 * i]] = net[draft->seam[3 * i + 1]] = 0;
 	for (size_t i = 0; i < draft->control.count; i++)
 		if (net[i] != NO_INDEX)
 			net[i] = (idx_t)count++;
