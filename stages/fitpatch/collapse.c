@@ -9,19 +9,19 @@
 #include "formats/shim/openmesh.h"
 #include "stages/fitpatch/facet.h"
 #include "stages/fitpatch/local.h"
+#include "stages/fitpatch/seam.h"
 #include "stages/geometry/vector.h"
 
 /* Distances that are tried, in mean bounds: from the first down by the step, as smooth surfaces are better than the facets that the
  * collapse measures. */
-static const double first_distance = 12, distance_step = 0.6;
+static const double first_distance = 12, distance_step = 0.6, least_step = 0.3, most_step = 0.75;
 enum { DISTANCES = 9 };
 /* The first one of facets that stay facets. */
 static const double first_facets = 2;
 /* Work of all tries together (struct rounds), and faces of a cage that is worth it. */
-enum { MOST_WORK = 20000, MOST_FACES = 6000 };
-/* Free forms of more than this share of the area are tried in any case. */
-static const double free_share = 0.3;
+enum { MOST_WORK = 12000, WORK_WITHIN = 2500, MOST_FACES = 6000 };
 /* Bytes of a packed point and face, about: which of two cages is the smaller. */
+static const double smaller = 0.85; /* by so much at least: its points follow no pattern and cost more */
 static const double point_bytes = 2.3, face_bytes = 0.4;
 
 /* Both ends of every side of every chain. */
@@ -148,15 +148,17 @@ static bool facets_only(struct draft *draft, struct layouts *layouts, struct pat
 	unsigned char *plane = mem_array(dense->patch_count, 1);
 	for (size_t p = 0; p < dense->patch_count; p++) {
 		plane[p] = dense->patch[p].kind == PATCH_PLANE;
-		layouts->kind[p] = LAYOUT_CHORDS, layouts->detail[p] = 1, layouts->faceted[p] = 1;
+		layouts->kind[p] = LAYOUT_CHORDS, layouts->detail[p] = 1;
 	}
 	const bool good = rounds_layout(draft, rounds, layouts, plane, fault);
 	free(plane);
+	memset(layouts->faceted, 1, dense->patch_count);
+	seams_find(draft, dense, layouts->faceted);
 	return good && joint_measure(error, NULL, dense->patch_count, draft, rounds->target, fault);
 }
 
 /* From coarse to fine until one is within the bounds. */
-static void try_facets(struct draft *draft, struct layouts *layouts, struct patch_error *error, const struct rounds *rounds)
+static bool try_facets(struct draft *draft, struct layouts *layouts, struct patch_error *error, const struct rounds *rounds)
 {
 	const size_t patches = rounds->target->dense->patch_count;
 	double distance = first_facets * rounds->bounds.mean;
@@ -184,26 +186,22 @@ static void try_facets(struct draft *draft, struct layouts *layouts, struct patc
 		draft_free(&other);
 		free(other_error), free(other_layouts.kind), free(other_layouts.detail), free(other_layouts.faceted);
 		if (good)
-			break;
+			return true;
 	}
+	return false;
 }
 
-void collapse_try(struct draft *draft, struct layouts *layouts, struct patch_error *error, const struct rounds *rounds)
+enum collapse collapse_try(struct draft *draft, struct layouts *layouts, struct patch_error *error, const struct rounds *rounds)
 {
 	const struct dense *dense = rounds->target->dense;
 	const size_t patches = dense->patch_count, chains = rounds->target->border->chain_count;
 	struct part_state state = rounds_state(error, dense);
-	double least = rounds_badness(&state, &rounds->bounds), area = 0, free_area = 0;
+	double least = rounds_badness(&state, &rounds->bounds);
 	bool within = rounds_within(&state, &rounds->bounds);
-	for (size_t p = 0; p < patches; p++) {
-		area += dense->patch[p].area;
-		free_area += dense->patch[p].kind == PATCH_FREE ? dense->patch[p].area : 0;
-	}
 	for (size_t i = 0; i < draft->control.count; i++)
 		if (draft->control.held[i])
-			return; /* what a person moved stays */
-	if (within && free_area <= free_share * area)
-		return;
+			return COLLAPSE_NONE; /* what a person moved stays */
+	enum collapse result = COLLAPSE_NONE;
 	idx_t *own_chain = mem_array(chains, sizeof *own_chain);
 	for (size_t c = 0; c < chains; c++)
 		own_chain[c] = (idx_t)c;
@@ -211,7 +209,8 @@ void collapse_try(struct draft *draft, struct layouts *layouts, struct patch_err
 	struct rounds own = *rounds;
 	own.chain_of_curve = own_chain, own.work = &work;
 	double distance = first_distance * rounds->bounds.mean;
-	for (int try = 0; try < DISTANCES && work < MOST_WORK; try++, distance *= distance_step) {
+	for (int try = 0; try < DISTANCES && work < (within ? WORK_WITHIN : MOST_WORK); try++) {
+		double step = distance_step;
 		struct draft other;
 		struct patch_error *other_error = mem_array(patches, sizeof *other_error);
 		struct layouts other_layouts = {mem_array(patches, 1), mem_array(patches, 1), mem_array(patches, 1)};
@@ -225,9 +224,11 @@ void collapse_try(struct draft *draft, struct layouts *layouts, struct patch_err
 			}
 			const double now = rounds_badness(&state, &rounds->bounds);
 			done = rounds_within(&state, &rounds->bounds);
-			take = done && within ? bytes_of(&other) < bytes_of(draft) : done || (!within && now < least);
+			take = done && within ? bytes_of(&other) < smaller * bytes_of(draft) : done || (!within && now < least);
 			rounds->say("by collapse: %zu points, %zu faces, mean %.4g, largest %.4g, %.3g%% folded: %s", other.control.count, other.polygons.count,
 			            state.mean, state.worst, 100 * state.folded, take ? "taken" : "left");
+			/* Errors fall about with the distance, the largest more slowly. */
+			step = fmin(fmax(0.9 * fmin(rounds->bounds.mean / state.mean, sqrt(rounds->bounds.max / state.worst)), least_step), most_step);
 			if (take)
 				least = now, within = done;
 		} else {
@@ -235,20 +236,23 @@ void collapse_try(struct draft *draft, struct layouts *layouts, struct patch_err
 			done = true;
 		}
 		if (take) {
+			result = COLLAPSE_SMOOTH;
 			const struct draft swap = *draft;
 			*draft = other, other = swap;
 			memcpy(error, other_error, patches * sizeof *error);
 			const struct layouts theirs = *layouts;
 			*layouts = other_layouts, other_layouts = theirs;
 		}
-		const bool larger = bytes_of(&other) > bytes_of(draft);
+		const bool larger = bytes_of(&other) > smaller * bytes_of(draft);
 		draft_free(&other);
 		free(other_error), free(other_layouts.kind), free(other_layouts.detail), free(other_layouts.faceted);
+		distance *= step;
 		/* Finer ones would only be larger. */
 		if (done || (within && larger))
 			break;
 	}
-	if (!within)
-		try_facets(draft, layouts, error, &own);
+	if (!within && try_facets(draft, layouts, error, &own))
+		result = COLLAPSE_FACETS;
 	free(own_chain);
+	return result;
 }

@@ -9,8 +9,9 @@
  * triangles. False with a fault when the mesh is refused. O(n log n). */
 bool collapse_draft(struct draft *draft, const struct rounds *rounds, double distance, struct fault *fault);
 
-/* Where the rounds did not end within the bounds, or most of the part is free form: cages by collapse, from coarse to fine, until
- * one is within the bounds. It takes the place of the draft (and error, layouts) when that was not, or has more points. */
-void collapse_try(struct draft *draft, struct layouts *layouts, struct patch_error *error, const struct rounds *rounds);
+/* Cages by collapse, from coarse to fine, until one is within the bounds or none can be smaller than the draft that is. It takes the place of the draft (and error, layouts) when that was not, or has more points. What
+ * is never within them becomes the collapsed mesh itself, all of it facets. Returns which of these the draft is now. */
+enum collapse { COLLAPSE_NONE, COLLAPSE_SMOOTH, COLLAPSE_FACETS };
+enum collapse collapse_try(struct draft *draft, struct layouts *layouts, struct patch_error *error, const struct rounds *rounds);
 
 #endif

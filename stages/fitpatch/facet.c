@@ -14,6 +14,9 @@ enum { FIRST_DETAIL = 4, LAST_DETAIL = 6 };
 /* Folded by more than this share of its area a patch is left over, too. */
 static const double most_folded = 0.01;
 
+/* Free forms of more of the area than this are no exceptions, and facets no answer. */
+static const double most_left = 0.25;
+
 static bool is_left_over(const struct patch_error *error, const struct dense_patch *patch, const struct bounds *bounds)
 {
 	return error->max > ROUNDS_SLACK * bounds->max || error->folded > most_folded * patch->area;
@@ -38,27 +41,33 @@ void facet_rest(struct draft *draft, struct layouts *layouts, struct patch_error
 	struct patch_error *now = mem_array(patches, sizeof *now);
 	struct draft next = {0};
 	draft_copy(&next, draft);
+	struct layouts own = {mem_copy(layouts->kind, patches, 1), mem_copy(layouts->detail, patches, 1), mem_copy(layouts->faceted, patches, 1)};
 	struct part_state state = rounds_state(error, dense);
 	double least = rounds_badness(&state, &rounds->bounds);
 	memcpy(now, error, patches * sizeof *now);
+	double area = 0;
+	for (size_t p = 0; p < patches; p++)
+		area += dense->patch[p].area;
 	for (int pass = 0; pass < PASSES; pass++) {
 		size_t left = 0;
+		double left_area = 0;
 		for (size_t p = 0; p < patches; p++) {
 			const bool rest = is_left_over(&now[p], &dense->patch[p], &rounds->bounds);
 			chosen[p] = rest;
 			left += rest;
-			want[p] = rest && layouts->faceted[p] ? WANT_BORDER : WANT_NOTHING;
+			left_area += rest && dense->patch[p].kind == PATCH_FREE ? dense->patch[p].area : 0;
+			want[p] = rest && own.faceted[p] ? WANT_BORDER : WANT_NOTHING;
 			if (!rest)
 				continue;
-			layouts->faceted[p] = 1;
+			own.faceted[p] = 1;
 			const int detail = FIRST_DETAIL + pass < LAST_DETAIL ? FIRST_DETAIL + pass : LAST_DETAIL;
-			layouts->detail[p] = (unsigned char)(dense->patch[p].kind == PATCH_PLANE ? 1 : detail);
+			own.detail[p] = (unsigned char)(dense->patch[p].kind == PATCH_PLANE ? 1 : detail);
 		}
-		if (left == 0)
+		if (left == 0 || left_area > most_left * area)
 			break;
 		struct fault fault = {0};
 		struct face_error *face_error;
-		const bool good = one_pass(&next, layouts, now, &face_error, chosen, rounds, &fault);
+		const bool good = one_pass(&next, &own, now, &face_error, chosen, rounds, &fault);
 		if (!good) {
 			rounds->say("facets: %s", fault.text);
 			free(face_error);
@@ -73,6 +82,9 @@ void facet_rest(struct draft *draft, struct layouts *layouts, struct patch_error
 			draft_free(draft);
 			draft_copy(draft, &next);
 			memcpy(error, now, patches * sizeof *error);
+			memcpy(layouts->kind, own.kind, patches);
+			memcpy(layouts->detail, own.detail, patches);
+			memcpy(layouts->faceted, own.faceted, patches);
 		}
 		/* Points for the borders that are still too coarse; the faces beside them are found anew in the next pass. */
 		memset(touched, 0, patches);
@@ -80,5 +92,6 @@ void facet_rest(struct draft *draft, struct layouts *layouts, struct patch_error
 		free(face_error);
 	}
 	draft_free(&next);
+	free(own.kind), free(own.detail), free(own.faceted);
 	free(chosen), free(want), free(touched), free(now);
 }

@@ -19,8 +19,8 @@
 
 static const char usage[] =
 	"usage: fitpatch --mesh mesh [-qv] [--tol length] [--mean length] [--level n]\n"
-	"                [--iter n] [--rounds n] [--sd kind] [--binary]\n"
-	"                [--no-provenance] [-o output] [file]\n"
+	"                [--iter n] [--rounds n] [--sd kind] [--no-fallback]\n"
+	"                [--binary] [--no-provenance] [-o output] [file]\n"
 	"Fit a control polyhedron to every patch that a network of curves bounds.\n"
 	"  -m, --mesh FILE     the dense mesh with its patches (from rectify)\n"
 	"  -t, --tol LENGTH    largest distance allowed (default 0.4%)\n"
@@ -29,6 +29,7 @@ static const char usage[] =
 	"      --iter N        iterations of a fit (default 5)\n"
 	"      --rounds N      rounds of refinement where the error is too large (default 6)\n"
 	"      --sd KIND       squared distance: sided, abs, point or tangent (default sided)\n"
+	"      --no-fallback   no facets and no edge collapse where the error stays too large\n"
 	"  -o, --output FILE   write there instead of stdout\n"
 	"      --binary        write binary PLY\n"
 	"      --no-provenance leave out the comment line of this stage\n"
@@ -45,6 +46,7 @@ struct options {
 	const char *mesh, *variant_name;
 	struct tool_length max, mean;
 	int level, iterations, rounds;
+	bool no_fallback;
 	enum sqdist_variant variant;
 	struct tool_common common;
 };
@@ -59,6 +61,7 @@ static int parse_options(struct options *options, int argc, char **argv)
 		{"level", 0, TOOL_INTEGER, &options->level, 1, 4},
 		{"iter", 0, TOOL_INTEGER, &options->iterations, 0, 50},
 		{"rounds", 0, TOOL_INTEGER, &options->rounds, 0, 50},
+		{"no-fallback", 0, TOOL_FLAG, &options->no_fallback, 0, 0},
 		{"sd", 0, TOOL_TEXT, &options->variant_name, 0, 0},
 		{0},
 	};
@@ -126,6 +129,32 @@ static bool match_curves(idx_t *chain_of_curve, const struct border_network *bor
 	return true;
 }
 
+/* A bound of the time. Rounds seldom get a scan within its bounds: the collapse after them should have its turn soon. */
+static size_t most_work(const struct dense *dense)
+{
+	enum { PRIMITIVES = 15000, FREE_FORMS = 5000 };
+	double area = 0, free_area = 0;
+	for (size_t p = 0; p < dense->patch_count; p++) {
+		area += dense->patch[p].area;
+		free_area += dense->patch[p].kind == PATCH_FREE ? dense->patch[p].area : 0;
+	}
+	return free_area > area / 2 ? FREE_FORMS : PRIMITIVES;
+}
+
+/* What a person should know of a part that did not become what the stage is for. */
+static void report_fallback(const char *shown, const struct layouts *layouts, size_t patches, enum collapse collapse)
+{
+	size_t faceted = 0;
+	for (size_t p = 0; p < patches; p++)
+		faceted += layouts->faceted[p];
+	if (collapse == COLLAPSE_FACETS)
+		tool_warn("%s: no smooth cage is within the tolerance: the part is flat facets", shown);
+	else if (faceted > 0)
+		tool_warn("%s: %zu of %zu patches are flat facets: nothing smooth of few points followed them", shown, faceted, patches);
+	if (collapse == COLLAPSE_SMOOTH)
+		tool_say("%s: the cage is by edge collapse", shown);
+}
+
 int main(int argc, char **argv)
 {
 	tool_init("fitpatch");
@@ -171,7 +200,7 @@ int main(int argc, char **argv)
 	struct nearest *on_surface = nearest_new_labelled(dense.xyz, dense.vertex_count, dense.triangle, dense.triangle_count, surface);
 	const struct target target = {&dense, nearest, surface, on_surface, &border, sample, sample_triangle, SAMPLES};
 	size_t work = 0;
-	const struct rounds rounds = {&target, &half, chain_of_curve, {options.iterations, options.level, options.variant}, {max, mean}, options.rounds, &work, former, tool_say};
+	const struct rounds rounds = {&target, &half, chain_of_curve, {options.iterations, options.level, options.variant}, {max, mean}, options.rounds, &work, most_work(&dense), former, tool_say};
 	struct patch_error *error = mem_array(dense.patch_count, sizeof *error);
 	struct layouts layouts = {mem_array(dense.patch_count, 1), mem_array(dense.patch_count, 1), mem_array(dense.patch_count, 1)};
 	for (size_t p = 0; p < dense.patch_count; p++)
@@ -180,8 +209,11 @@ int main(int argc, char **argv)
 	if (!rounds_layout(&draft, &rounds, &layouts, NULL, &fault) || !rounds_fit(&draft, &layouts, error, &rounds, &fault))
 		tool_die(fault.code, "%s: %s", shown, fault.text);
 	/* What is out of bounds yet: facets for the patches concerned, or another cage for the whole part. */
-	facet_rest(&draft, &layouts, error, &rounds);
-	collapse_try(&draft, &layouts, error, &rounds);
+	if (!options.no_fallback && options.rounds > 0) {
+		facet_rest(&draft, &layouts, error, &rounds);
+		const enum collapse collapse = collapse_try(&draft, &layouts, error, &rounds);
+		report_fallback(shown, &layouts, dense.patch_count, collapse);
+	}
 	if (!rounds_relax(&draft, error, &smooth, &rounds, &fault))
 		tool_die(fault.code, "%s: %s", shown, fault.text);
 	size_t tangential = 0;

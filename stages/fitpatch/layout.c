@@ -277,6 +277,10 @@ bool layout_patch(enum layout_kind *kind, struct layout_context *context, idx_t 
 		sheet_free(&sheet);
 		return fault_set(fault, EX_BAD_INPUT, "patch %" PRIidx ": a border loop has %zu control points, needs 3", context->name[patch], least);
 	}
+	/* Between flat faces points are where the surface is, not where a smooth one would need them. */
+	for (size_t v = 0; context->faceted[patch] && v < sheet.vertex_count; v++)
+		if (sheet.point[v] != NO_INDEX && !context->control->held[sheet.point[v]])
+			copy3(&context->control->xyz[3 * (size_t)sheet.point[v]], &sheet.xyz[3 * v]);
 	const bool is_plane = context->dense->patch && context->dense->patch[patch].kind == PATCH_PLANE;
 	struct loops loops;
 	loops_find(&loops, &sheet);
@@ -324,7 +328,7 @@ bool layout_patch(enum layout_kind *kind, struct layout_context *context, idx_t 
 			if (sheet.outgoing[v] != NO_INDEX && sheet.point[v] == NO_INDEX)
 				sheet.point[v] = control_add(context->control, &sheet.xyz[3 * v], POINT_INSIDE);
 		chords.control = context->control->xyz;
-		const struct merge_options options = {is_plane, is_plane ? context->detail[patch] : 0, context->flat};
+		const struct merge_options options = {is_plane, context->faceted[patch] || (is_plane && context->detail[patch] > 0), context->flat};
 		merge_triangles(context, &chords, &options, patch);
 		*kind = context->polygons->count - faces_before == 1 && loop_count == 1 ? LAYOUT_FACE : LAYOUT_CHORDS;
 	}

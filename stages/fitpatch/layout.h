@@ -46,6 +46,7 @@ struct layout_context {
 	double flat;                   /* a polygon this flat is plane, model units */
 	const unsigned char *detail;   /* a patch: 0: no points inside but those that topology asks for; n: the triangles before the merge
 	                                  follow the patch within 16 * tolerance / 2^n; planes: 0 large faces, 1 convex ones, 2 and creases between all */
+	const unsigned char *faceted;  /* a patch: 1: its faces will be flat, with creases between them */
 	const idx_t *name;             /* what people call each patch */
 	struct edge_set *taken;        /* edges of the curves and of the patches done so far */
 	struct control *control;

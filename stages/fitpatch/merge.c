@@ -60,7 +60,7 @@ static bool has_reflex_node(const struct layout_context *context, const struct m
 {
 	for (size_t i = 0; i < count; i++) {
 		const unsigned char role = context->control->role[corner[i]];
-		if ((options->caution > 0 || (role != POINT_CREASE && role != POINT_INSIDE)) && polygon_turn_deg(context->control->xyz, corner, count, i, normal) < -POLYGON_REFLEX_DEG)
+		if ((options->is_careful || (role != POINT_CREASE && role != POINT_INSIDE)) && polygon_turn_deg(context->control->xyz, corner, count, i, normal) < -POLYGON_REFLEX_DEG)
 			return true;
 	}
 	return false;
@@ -78,7 +78,7 @@ static bool is_good(const struct layout_context *context, const struct merge_opt
 	if (dot3(normal, hint) < 0.3)
 		return false;
 	const bool flat = polygon_flatness(xyz, corner, count) <= options->flat;
-	if (!flat && count > 4)
+	if (!flat && (count > 4 || options->is_careful))
 		return false;
 	return !has_reflex_node(context, options, corner, count, normal) && polygon_star(xyz, corner, count, normal) > (options->is_plane ? plane_margin : bent_margin);
 }

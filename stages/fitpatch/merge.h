@@ -6,7 +6,7 @@
 
 struct merge_options {
 	bool is_plane;
-	int caution;     /* of a plane: 0 any face that is a star, more: convex ones */       /* the whole patch: polygons of any size */
+	bool is_careful;     /* flat and convex faces only */       /* the whole patch: polygons of any size */
 	double flat;         /* largest distance to the common plane, model units, for polygons above four corners */
 };
 

@@ -18,8 +18,6 @@ enum { MOST_CAUTION = 2, FOLD_ROUNDS = 4, MOST_DETAIL = 8, CAREFUL_ATTEMPTS = 3 
 /* Rounds in a row that may pass without getting better. */
 enum { STALE_ROUNDS = 3 };
 enum { MOST_FACES_AT_LEAST = 400, FACES_DIVISOR = 8 };
-/* Fits times faces before the last round begins: a bound of the time, some twenty seconds. */
-enum { MOST_WORK = 20000 };
 /* Faces of the finest surface that is fitted. */
 enum { MOST_PIECES = 60000 };
 
@@ -52,7 +50,7 @@ bool rounds_layout(struct draft *draft, const struct rounds *rounds, const struc
 	struct anchors anchors;
 	anchors_place(&anchors, dense, rounds->half, target->border, &network, rounds->chain_of_curve);
 	struct layout_context context = {dense, rounds->half->twin, target->nearest, &anchors, rounds->bounds.max, fmin(rounds->bounds.max / 2, rounds->bounds.mean),
-	                                 layouts->detail, rounds->name, taken, &draft->control, &draft->polygons};
+	                                 layouts->detail, layouts->faceted, rounds->name, taken, &draft->control, &draft->polygons};
 	size_t *start, kinds[LAYOUT_KIND_COUNT] = {0};
 	idx_t *list;
 	label_lists(&start, &list, dense->label, dense->triangle_count, dense->patch_count);
@@ -100,7 +98,7 @@ bool rounds_fit_once(struct draft *draft, struct patch_error *error, struct face
 	unsigned char *bad = mem_array(patches, 1);
 	memset(still, 0, points);
 	bool good = true, settled = false;
-	for (int attempt = 0; good && !settled && attempt < (*rounds->work < MOST_WORK ? CAREFUL_ATTEMPTS : 1); attempt++) {
+	for (int attempt = 0; good && !settled && attempt < (*rounds->work < rounds->most_work ? CAREFUL_ATTEMPTS : 1); attempt++) {
 		good = rounds_fit_points(draft, rounds, still, fault) && joint_measure(error, face_error, patches, draft, rounds->target, fault);
 		settled = true;
 		for (size_t p = 0; good && p < patches; p++)
@@ -167,12 +165,12 @@ static size_t plan_round(struct plan *plan, size_t *anew, struct layouts *layout
 		const bool stuck = error[p].max > 0.9 * plan->last_max[p] && layouts->kind[p] == LAYOUT_CHORDS;
 		plan->want[p] = WANT_NOTHING, plan->again[p] = 0, plan->touched[p] = 0;
 		if (is_plane(dense, p)) {
-			/* More cautious faces cost less than more points on a border. */
-			const bool careful = (folds || far) && layouts->detail[p] < MOST_CAUTION;
+			/* Where more points on the border did not help against folds, more cautious faces may. */
+			const bool careful = folds && plan->fold_rounds[p] > 0 && layouts->detail[p] < MOST_CAUTION;
 			if (careful)
 				layouts->faceted[p] = ++layouts->detail[p] == MOST_CAUTION;
 			*anew += careful;
-			plan->want[p] = (folds || far) && !careful ? WANT_BORDER : WANT_NOTHING;
+			plan->want[p] = folds || far ? WANT_BORDER : WANT_NOTHING;
 			plan->again[p] = folds || far;
 		} else if (folds && plan->fold_rounds[p] == 0) {
 			plan->want[p] = WANT_BORDER;
@@ -223,7 +221,7 @@ static bool fit_better(struct draft *draft, struct patch_error *error, struct fa
 	bool good = fit_round(draft, error, face_error, old_points, false, rounds, layouts, again, fault);
 	struct part_state state = rounds_state(error, dense);
 	const double first = rounds_badness(&state, &rounds->bounds);
-	if (good && old_points > 0 && first >= least && *rounds->work < MOST_WORK / 2) {
+	if (good && old_points > 0 && first >= least && *rounds->work < rounds->most_work / 2) {
 		struct patch_error *other_error = mem_array(dense->patch_count, sizeof *other_error);
 		struct face_error *other_face;
 		struct fault other_fault = {0}; /* the first way worked: this one may fail */
@@ -302,7 +300,7 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 		old_points = draft->control.count;
 		const size_t wanted = plan_round(&plan, &anew, layouts, error, &state, rounds);
 		/* A cage that nears the size of the mesh is none (the patch method's section 10, hazard 23). */
-		const bool is_large = *rounds->work > MOST_WORK || (draft->polygons.count > MOST_FACES_AT_LEAST && draft->polygons.count > dense->triangle_count / FACES_DIVISOR);
+		const bool is_large = *rounds->work > rounds->most_work || (draft->polygons.count > MOST_FACES_AT_LEAST && draft->polygons.count > dense->triangle_count / FACES_DIVISOR);
 		if (wanted && round < rounds->limit && !is_large)
 			steps = enrich(draft, rounds->target, error, face_error, plan.want, rounds->bounds.max, plan.touched);
 		free(face_error);

@@ -16,7 +16,8 @@ struct rounds {
 	struct joint_options joint;
 	struct bounds bounds;
 	int limit;                      /* rounds of refinement at most */
-	size_t *work;                   /* fits times faces, counted up */
+	size_t *work;                   /* fits times faces, counted up: about a millisecond each */
+	size_t most_work;               /* after which no round begins */
 	const idx_t *name;              /* what people call each patch */
 	void (*say)(const char *format, ...) __attribute__((format(printf, 1, 2))); /* what happens, for people */
 };
@@ -37,7 +38,7 @@ struct part_state rounds_state(const struct patch_error *error, const struct den
  * bound. */
 double rounds_badness(const struct part_state *state, const struct bounds *bounds);
 /* What counts as within the bounds in the end: those of this stage are a part of what was asked for. */
-#define ROUNDS_SLACK 1.2
+#define ROUNDS_SLACK 1.1
 bool rounds_within(const struct part_state *state, const struct bounds *bounds);
 
 /* One fit of all points but those with still[control point] (NULL: none). */

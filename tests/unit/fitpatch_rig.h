@@ -84,7 +84,7 @@ static inline void rig_start(struct rig *rig, struct dense dense, struct network
 	rig->name = mem_array(dense.patch_count, sizeof *rig->name);
 	for (size_t p = 0; p < dense.patch_count; p++)
 		rig->name[p] = (idx_t)p;
-	rig->rounds = (struct rounds){&rig->target, &rig->half, rig->chain_of_curve, {5, 2, SQDIST_SIDED}, {max, mean}, 6, &rig->work, rig->name, rig_quiet};
+	rig->rounds = (struct rounds){&rig->target, &rig->half, rig->chain_of_curve, {5, 2, SQDIST_SIDED}, {max, mean}, 6, &rig->work, 20000, rig->name, rig_quiet};
 	rig->layouts = (struct layouts){mem_array(dense.patch_count, 1), mem_array(dense.patch_count, 1), mem_array(dense.patch_count, 1)};
 	draft_start(&rig->draft, &rig->network);
 }
