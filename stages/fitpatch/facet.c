@@ -37,12 +37,14 @@ void facet_rest(struct draft *draft, struct layouts *layouts, struct patch_error
 {
 	const struct dense *dense = rounds->target->dense;
 	const size_t patches = dense->patch_count;
+	struct part_state state = rounds_state(error, dense);
+	if (rounds_within(&state, &rounds->bounds))
+		return;
 	unsigned char *chosen = mem_array(patches, 1), *want = mem_array(patches, 1), *touched = mem_array(patches, 1);
 	struct patch_error *now = mem_array(patches, sizeof *now);
 	struct draft next = {0};
 	draft_copy(&next, draft);
 	struct layouts own = {mem_copy(layouts->kind, patches, 1), mem_copy(layouts->detail, patches, 1), mem_copy(layouts->faceted, patches, 1)};
-	struct part_state state = rounds_state(error, dense);
 	double least = rounds_badness(&state, &rounds->bounds);
 	memcpy(now, error, patches * sizeof *now);
 	double area = 0;

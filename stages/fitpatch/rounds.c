@@ -165,12 +165,12 @@ static size_t plan_round(struct plan *plan, size_t *anew, struct layouts *layout
 		const bool stuck = error[p].max > 0.9 * plan->last_max[p] && layouts->kind[p] == LAYOUT_CHORDS;
 		plan->want[p] = WANT_NOTHING, plan->again[p] = 0, plan->touched[p] = 0;
 		if (is_plane(dense, p)) {
-			/* Where more points on the border did not help against folds, more cautious faces may. */
-			const bool careful = folds && plan->fold_rounds[p] > 0 && layouts->detail[p] < MOST_CAUTION;
+			/* Against folds alone more cautious faces cost less than points on the border; where the error is large, these come first. */
+			const bool careful = folds && (!far || plan->fold_rounds[p] > 0) && layouts->detail[p] < MOST_CAUTION;
 			if (careful)
 				layouts->faceted[p] = ++layouts->detail[p] == MOST_CAUTION;
 			*anew += careful;
-			plan->want[p] = folds || far ? WANT_BORDER : WANT_NOTHING;
+			plan->want[p] = far || (folds && !careful) ? WANT_BORDER : WANT_NOTHING;
 			plan->again[p] = folds || far;
 		} else if (folds && plan->fold_rounds[p] == 0) {
 			plan->want[p] = WANT_BORDER;

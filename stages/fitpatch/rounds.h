@@ -38,7 +38,7 @@ struct part_state rounds_state(const struct patch_error *error, const struct den
  * bound. */
 double rounds_badness(const struct part_state *state, const struct bounds *bounds);
 /* What counts as within the bounds in the end: those of this stage are a part of what was asked for. */
-#define ROUNDS_SLACK 1.1
+#define ROUNDS_SLACK 1.15
 bool rounds_within(const struct part_state *state, const struct bounds *bounds);
 
 /* One fit of all points but those with still[control point] (NULL: none). */
