@@ -117,6 +117,19 @@ static idx_t number_in_file(const idx_t *former, const struct dense *dense, idx_
 	return patch >= 0 && (size_t)patch < dense->patch_count ? former[patch] : patch;
 }
 
+/* All patches of the draft get the numbers of the file. */
+static void restore_numbers(struct draft *draft, const idx_t *former, const struct dense *dense)
+{
+	for (size_t f = 0; f < draft->polygons.count; f++)
+		draft->polygons.patch[f] = former[draft->polygons.patch[f]];
+	for (size_t i = 0; i < draft->seam_count; i++)
+		draft->seam[3 * i + 2] = former[draft->seam[3 * i + 2]];
+	for (size_t k = 0; k < draft->network.curve_count; k++) {
+		struct curve *curve = &draft->network.curve[k];
+		curve->left = number_in_file(former, dense, curve->left), curve->right = number_in_file(former, dense, curve->right);
+	}
+}
+
 /* The border chain that each curve follows, for every one of them. */
 static bool match_curves(idx_t *chain_of_curve, const struct border_network *border, const struct dense *dense, const struct network *network,
                          const idx_t *former, const char *shown, const char *mesh_shown, struct fault *fault)
@@ -224,15 +237,17 @@ int main(int argc, char **argv)
 		tool_say("patch %zu kind %d: mean %.3g%% max %.3g%% of the longest side, normals %.2f degrees, worst at %.4g %.4g %.4g", (size_t)former[p], dense.patch[p].kind,
 		         100 * error[p].mean / side, 100 * error[p].max / side, error[p].normal_deg, error[p].worst_point[0], error[p].worst_point[1],
 		         error[p].worst_point[2]);
-	for (size_t f = 0; f < draft.polygons.count; f++)
-		draft.polygons.patch[f] = former[draft.polygons.patch[f]];
-	for (size_t i = 0; i < draft.seam_count; i++)
-		draft.seam[3 * i + 2] = former[draft.seam[3 * i + 2]];
-	for (size_t k = 0; k < draft.network.curve_count; k++) {
-		struct curve *curve = &draft.network.curve[k];
-		curve->left = number_in_file(former, &dense, curve->left), curve->right = number_in_file(former, &dense, curve->right);
-	}
+	restore_numbers(&draft, former, &dense);
 	local_to_ply(&document, &draft);
 	tool_write_ply(&document, &options.common, SCHEMA, "level=%d iter=%d sd=%s", options.level, options.iterations, options.variant_name);
+	draft_free(&draft);
+	free(layouts.kind), free(layouts.detail), free(layouts.faceted);
+	free(error), free(sample), free(sample_triangle), free(surface), free(former), free(chain_of_curve);
+	nearest_free(nearest), nearest_free(on_surface);
+	border_free(&border);
+	half_free(&half);
+	network_free(&network);
+	dense_free(&dense);
+	ply_free(&document), ply_free(&mesh_document);
 	return EX_DONE;
 }
