@@ -19,6 +19,8 @@ enum { DISTANCES = 9 };
 /* The first one of facets that stay facets. */
 static const double first_facets = 2;
 /* Work of all tries together (struct rounds), and faces of a cage that is worth it. */
+/* A larger mesh takes ten seconds and more for a try: facets alone are tried. */
+enum { MOST_TRIANGLES = 150000 };
 enum { MOST_WORK = 12000, WORK_WITHIN = 2500, MOST_FACES = 6000 };
 /* Bytes of a packed point and face, about: which of two cages is the smaller. */
 static const double smaller = 0.85; /* by so much at least: its points follow no pattern and cost more */
@@ -206,10 +208,11 @@ enum collapse collapse_try(struct draft *draft, struct layouts *layouts, struct 
 	for (size_t c = 0; c < chains; c++)
 		own_chain[c] = (idx_t)c;
 	size_t work = 0;
+	const size_t most_work = (size_t)(rounds_work_share(dense) * MOST_WORK), within_work = (size_t)(rounds_work_share(dense) * WORK_WITHIN);
 	struct rounds own = *rounds;
 	own.chain_of_curve = own_chain, own.work = &work;
 	double distance = first_distance * rounds->bounds.mean;
-	for (int try = 0; try < DISTANCES && work < (within ? WORK_WITHIN : MOST_WORK); try++) {
+	for (int try = 0; try < DISTANCES && dense->triangle_count <= MOST_TRIANGLES && work < (within ? within_work : most_work); try++) {
 		double step = distance_step;
 		struct draft other;
 		struct patch_error *other_error = mem_array(patches, sizeof *other_error);

@@ -151,7 +151,7 @@ static size_t most_work(const struct dense *dense)
 		area += dense->patch[p].area;
 		free_area += dense->patch[p].kind == PATCH_FREE ? dense->patch[p].area : 0;
 	}
-	return free_area > area / 2 ? FREE_FORMS : PRIMITIVES;
+	return (size_t)(rounds_work_share(dense) * (free_area > area / 2 ? FREE_FORMS : PRIMITIVES));
 }
 
 /* What a person should know of a part that did not become what the stage is for. */

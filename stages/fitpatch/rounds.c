@@ -137,6 +137,12 @@ double rounds_badness(const struct part_state *state, const struct bounds *bound
 	return fmax(1, state->mean / bounds->mean) + fmax(1, state->worst / bounds->max) + 100 * state->folded;
 }
 
+double rounds_work_share(const struct dense *dense)
+{
+	const double full_triangles = 100000;
+	return fmin(1, full_triangles / (double)dense->triangle_count);
+}
+
 bool rounds_within(const struct part_state *state, const struct bounds *bounds)
 {
 	return state->mean <= ROUNDS_SLACK * bounds->mean && state->worst <= ROUNDS_SLACK * bounds->max && state->folded <= most_folded;

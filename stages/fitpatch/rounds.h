@@ -22,6 +22,9 @@ struct rounds {
 	void (*say)(const char *format, ...) __attribute__((format(printf, 1, 2))); /* what happens, for people */
 };
 
+/* The share of its work that a part gets, in (0, 1]: very large meshes have spent their time on the way here. */
+double rounds_work_share(const struct dense *dense);
+
 /* How the patches of a draft were laid out, patch_count each. */
 struct layouts {
 	unsigned char *kind;   /* enum layout_kind */
