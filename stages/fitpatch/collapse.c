@@ -18,12 +18,13 @@ static const double first_distance = 12, distance_step = 0.6, least_step = 0.3, 
 enum { DISTANCES = 9 };
 /* The first one of facets that stay facets. */
 static const double first_facets = 2;
-/* Work of all tries together (struct rounds), and faces of a cage that is worth it. */
 /* A larger mesh takes ten seconds and more for a try: facets alone are tried. */
 enum { MOST_TRIANGLES = 150000 };
+/* Work of all tries together (struct rounds): while nothing is within the bounds, and when something is; and faces of a cage that is worth it. */
 enum { MOST_WORK = 12000, WORK_WITHIN = 2500, MOST_FACES = 6000 };
-/* Bytes of a packed point and face, about: which of two cages is the smaller. */
-static const double smaller = 0.85; /* by so much at least: its points follow no pattern and cost more */
+/* A collapsed cage takes the place of one within the bounds below this share of its bytes: points without a pattern cost more. */
+static const double smaller = 0.85;
+/* Bytes of a packed point and face, about. */
 static const double point_bytes = 2.3, face_bytes = 0.4;
 
 /* Both ends of every side of every chain. */
@@ -167,7 +168,7 @@ static bool try_facets(struct draft *draft, struct layouts *layouts, struct patc
 	for (int try = 0; try < DISTANCES; try++, distance *= distance_step) {
 		struct draft other = {0};
 		struct patch_error *other_error = mem_array(patches, sizeof *other_error);
-		struct layouts other_layouts = {mem_array(patches, 1), mem_array(patches, 1), mem_array(patches, 1)};
+		struct layouts other_layouts = layouts_new(patches, NULL);
 		struct fault fault = {0};
 		bool good = facets_only(&other, &other_layouts, other_error, rounds, distance, &fault);
 		if (good) {
@@ -186,7 +187,8 @@ static bool try_facets(struct draft *draft, struct layouts *layouts, struct patc
 			memcpy(error, other_error, patches * sizeof *error);
 		}
 		draft_free(&other);
-		free(other_error), free(other_layouts.kind), free(other_layouts.detail), free(other_layouts.faceted);
+		layouts_free(&other_layouts);
+		free(other_error);
 		if (good)
 			return true;
 	}
@@ -216,7 +218,7 @@ enum collapse collapse_try(struct draft *draft, struct layouts *layouts, struct 
 		double step = distance_step;
 		struct draft other;
 		struct patch_error *other_error = mem_array(patches, sizeof *other_error);
-		struct layouts other_layouts = {mem_array(patches, 1), mem_array(patches, 1), mem_array(patches, 1)};
+		struct layouts other_layouts = layouts_new(patches, NULL);
 		struct fault other_fault = {0};
 		bool take = false, done = false;
 		if (fit_collapsed(&other, &other_layouts, other_error, &own, distance, &other_fault)) {
@@ -248,7 +250,8 @@ enum collapse collapse_try(struct draft *draft, struct layouts *layouts, struct 
 		}
 		const bool larger = bytes_of(&other) > smaller * bytes_of(draft);
 		draft_free(&other);
-		free(other_error), free(other_layouts.kind), free(other_layouts.detail), free(other_layouts.faceted);
+		layouts_free(&other_layouts);
+		free(other_error);
 		distance *= step;
 		/* Finer ones would only be larger. */
 		if (done || (within && larger))

@@ -44,7 +44,7 @@ void facet_rest(struct draft *draft, struct layouts *layouts, struct patch_error
 	struct patch_error *now = mem_array(patches, sizeof *now);
 	struct draft next = {0};
 	draft_copy(&next, draft);
-	struct layouts own = {mem_copy(layouts->kind, patches, 1), mem_copy(layouts->detail, patches, 1), mem_copy(layouts->faceted, patches, 1)};
+	struct layouts own = layouts_new(patches, layouts);
 	double least = rounds_badness(&state, &rounds->bounds);
 	memcpy(now, error, patches * sizeof *now);
 	double area = 0;
@@ -84,9 +84,8 @@ void facet_rest(struct draft *draft, struct layouts *layouts, struct patch_error
 			draft_free(draft);
 			draft_copy(draft, &next);
 			memcpy(error, now, patches * sizeof *error);
-			memcpy(layouts->kind, own.kind, patches);
-			memcpy(layouts->detail, own.detail, patches);
-			memcpy(layouts->faceted, own.faceted, patches);
+			layouts_free(layouts);
+			*layouts = layouts_new(patches, &own);
 		}
 		/* Points for the borders that are still too coarse; the faces beside them are found anew in the next pass. */
 		memset(touched, 0, patches);
@@ -94,6 +93,6 @@ void facet_rest(struct draft *draft, struct layouts *layouts, struct patch_error
 		free(face_error);
 	}
 	draft_free(&next);
-	free(own.kind), free(own.detail), free(own.faceted);
+	layouts_free(&own);
 	free(chosen), free(want), free(touched), free(now);
 }

@@ -215,7 +215,7 @@ int main(int argc, char **argv)
 	size_t work = 0;
 	const struct rounds rounds = {&target, &half, chain_of_curve, {options.iterations, options.level, options.variant}, {max, mean}, options.rounds, &work, most_work(&dense), former, tool_say};
 	struct patch_error *error = mem_array(dense.patch_count, sizeof *error);
-	struct layouts layouts = {mem_array(dense.patch_count, 1), mem_array(dense.patch_count, 1), mem_array(dense.patch_count, 1)};
+	struct layouts layouts = layouts_new(dense.patch_count, NULL);
 	for (size_t p = 0; p < dense.patch_count; p++)
 		layouts.detail[p] = dense.patch[p].kind == PATCH_FREE ? FREE_DETAIL : 0;
 	size_t smooth = 0;
@@ -241,7 +241,7 @@ int main(int argc, char **argv)
 	local_to_ply(&document, &draft);
 	tool_write_ply(&document, &options.common, SCHEMA, "level=%d iter=%d sd=%s", options.level, options.iterations, options.variant_name);
 	draft_free(&draft);
-	free(layouts.kind), free(layouts.detail), free(layouts.faceted);
+	layouts_free(&layouts);
 	free(error), free(sample), free(sample_triangle), free(surface), free(former), free(chain_of_curve);
 	nearest_free(nearest), nearest_free(on_surface);
 	border_free(&border);

@@ -21,6 +21,19 @@ enum { MOST_FACES_AT_LEAST = 400, FACES_DIVISOR = 8 };
 /* Faces of the finest surface that is fitted. */
 enum { MOST_PIECES = 60000 };
 
+struct layouts layouts_new(size_t patch_count, const struct layouts *copy_of)
+{
+	if (copy_of)
+		return (struct layouts){mem_copy(copy_of->kind, patch_count, 1), mem_copy(copy_of->detail, patch_count, 1), mem_copy(copy_of->faceted, patch_count, 1)};
+	return (struct layouts){mem_array(patch_count, 1), mem_array(patch_count, 1), mem_array(patch_count, 1)};
+}
+
+void layouts_free(struct layouts *layouts)
+{
+	free(layouts->kind), free(layouts->detail), free(layouts->faceted);
+	*layouts = (struct layouts){0};
+}
+
 bool rounds_layout(struct draft *draft, const struct rounds *rounds, const struct layouts *layouts, const unsigned char *chosen, struct fault *fault)
 {
 	const struct target *target = rounds->target;
@@ -281,6 +294,7 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 	for (size_t p = 0; p < patches; p++)
 		plan.last_max[p] = INFINITY;
 	struct draft best = {0};
+	struct layouts best_layouts = {0};
 	double least = INFINITY;
 	bool good = false;
 	int stale = 0;
@@ -300,6 +314,8 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 		if (now < 0.999 * least) {
 			draft_free(&best);
 			draft_copy(&best, draft);
+			layouts_free(&best_layouts);
+			best_layouts = layouts_new(patches, layouts);
 			least = now;
 		}
 		size_t anew, steps = 0;
@@ -326,9 +342,12 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 	if (good) {
 		draft_free(draft);
 		*draft = best;
+		layouts_free(layouts);
+		*layouts = best_layouts;
 		good = joint_measure(error, NULL, patches, draft, rounds->target, fault) && rounds_settle(draft, error, rounds, fault);
 	} else {
 		draft_free(&best);
+		layouts_free(&best_layouts);
 	}
 	free(plan.want), free(plan.again), free(plan.touched), free(plan.fold_rounds), free(plan.last_max);
 	return good;

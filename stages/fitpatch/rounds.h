@@ -57,6 +57,10 @@ bool rounds_fit_once(struct draft *draft, struct patch_error *error, struct face
  * round. Kept when it is better. */
 bool rounds_settle(struct draft *draft, struct patch_error *error, const struct rounds *rounds, struct fault *fault);
 
+/* copy_of NULL: all 0. */
+struct layouts layouts_new(size_t patch_count, const struct layouts *copy_of);
+void layouts_free(struct layouts *layouts);
+
 /* Lay out the patches with chosen[patch] != 0 (NULL: all) over the control points as they are now; their former faces go. */
 bool rounds_layout(struct draft *draft, const struct rounds *rounds, const struct layouts *layouts, const unsigned char *chosen, struct fault *fault);
 

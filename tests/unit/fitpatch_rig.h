@@ -85,7 +85,7 @@ static inline void rig_start(struct rig *rig, struct dense dense, struct network
 	for (size_t p = 0; p < dense.patch_count; p++)
 		rig->name[p] = (idx_t)p;
 	rig->rounds = (struct rounds){&rig->target, &rig->half, rig->chain_of_curve, {5, 2, SQDIST_SIDED}, {max, mean}, 6, &rig->work, 20000, rig->name, rig_quiet};
-	rig->layouts = (struct layouts){mem_array(dense.patch_count, 1), mem_array(dense.patch_count, 1), mem_array(dense.patch_count, 1)};
+	rig->layouts = layouts_new(dense.patch_count, NULL);
 	draft_start(&rig->draft, &rig->network);
 }
 
@@ -105,7 +105,7 @@ static inline void rig_make(struct rig *rig, struct dense dense, double max, dou
 static inline void rig_free(struct rig *rig)
 {
 	draft_free(&rig->draft);
-	free(rig->layouts.kind), free(rig->layouts.detail), free(rig->layouts.faceted);
+	layouts_free(&rig->layouts);
 	free(rig->sample), free(rig->sample_triangle), free(rig->chain_of_curve), free(rig->name);
 	nearest_free(rig->nearest);
 	nearest_free(rig->on_surface);
