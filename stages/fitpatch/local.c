@@ -66,6 +66,16 @@ void draft_free(struct draft *draft)
 	*draft = (struct draft){0};
 }
 
+void draft_curve_edges(struct edge_set *edges, const struct draft *draft)
+{
+	for (size_t k = 0; k < draft->network.curve_count; k++) {
+		const struct curve *curve = &draft->network.curve[k];
+		const idx_t *point = &draft->network.point[curve->first];
+		for (size_t i = 0; i + !curve->closed < curve->count; i++)
+			edge_set_add(edges, point[i], point[(i + 1) % curve->count]);
+	}
+}
+
 void label_lists(size_t **start, idx_t **list, const idx_t *label, size_t count, size_t patch_count)
 {
 	*start = mem_array(patch_count + 2, sizeof **start);

@@ -12,6 +12,9 @@ void draft_sharpen(struct draft *draft, const struct dense *dense);
 void draft_copy(struct draft *to, const struct draft *from);
 void draft_free(struct draft *draft);
 
+/* Add the sides of all curves. */
+void draft_curve_edges(struct edge_set *edges, const struct draft *draft);
+
 /* Triangles by label: those of patch p are list[start[p]] .. list[start[p + 1]), rising. Caller frees both. */
 void label_lists(size_t **start, idx_t **list, const idx_t *label, size_t count, size_t patch_count);
 

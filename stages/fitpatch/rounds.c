@@ -41,12 +41,7 @@ bool rounds_layout(struct draft *draft, const struct rounds *rounds, const struc
 	struct polygons old = draft->polygons;
 	polygons_init(&draft->polygons);
 	struct edge_set *taken = edge_set_new();
-	for (size_t k = 0; k < draft->network.curve_count; k++) {
-		const struct curve *curve = &draft->network.curve[k];
-		const idx_t *point = &draft->network.point[curve->first];
-		for (size_t i = 0; i + !curve->closed < curve->count; i++)
-			edge_set_add(taken, point[i], point[(i + 1) % curve->count]);
-	}
+	draft_curve_edges(taken, draft);
 	for (size_t f = 0; f < old.count; f++) {
 		if (!chosen || chosen[old.patch[f]])
 			continue;

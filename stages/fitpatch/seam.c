@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "formats/memory.h"
+#include "stages/fitpatch/local.h"
 #include "stages/geometry/vector.h"
 
 /* Of the area that a straight middle would give, this share must be left to each quarter beside a chord. */
@@ -69,12 +70,7 @@ void seams_find(struct draft *draft, const struct dense *dense, const unsigned c
 	const struct polygons *polygons = &draft->polygons;
 	unsigned char *corner = find_corners(draft);
 	struct edge_set *curves = edge_set_new();
-	for (size_t k = 0; k < draft->network.curve_count; k++) {
-		const struct curve *curve = &draft->network.curve[k];
-		const idx_t *point = &draft->network.point[curve->first];
-		for (size_t i = 0; i + !curve->closed < curve->count; i++)
-			edge_set_add(curves, point[i], point[(i + 1) % curve->count]);
-	}
+	draft_curve_edges(curves, draft);
 	struct side *side = mem_array(polygons->start[polygons->count], sizeof *side);
 	size_t sides = 0;
 	for (size_t f = 0; f < polygons->count; f++) {
