@@ -25,6 +25,7 @@ ok() {
 	else
 		tap_failed=$((tap_failed + 1))
 		echo "not ok $tap_count - $2"
+		echo "# not ok $tap_count - $2" >&2
 	fi
 }
 # is WANTED GOT DESCRIPTION
@@ -33,8 +34,9 @@ is() {
 		ok 0 "$3"
 	else
 		ok 1 "$3"
-		printf '%s\n' "$1" | sed 's/^/# wanted: /'
-		printf '%s\n' "$2" | sed 's/^/# got: /'
+		# on standard error, which the summary of many scripts shows too
+		printf '%s\n' "$1" | sed "s/^/# $3: wanted: /" >&2
+		printf '%s\n' "$2" | sed "s/^/# $3: got: /" >&2
 	fi
 }
 # skip DESCRIPTION REASON
