@@ -88,7 +88,8 @@ bool cheaper_round(struct ffx *ffx, struct cheaper_report *report, const struct 
 		}
 		if (is_kept) {
 			const struct gridfit_damage damage = gridfit_check(cage, ffx, small);
-			is_kept = damage.collapsed <= before.collapsed && damage.turned <= before.turned;
+			is_kept = damage.collapsed <= before.collapsed && damage.turned <= before.turned &&
+				  damage.overlaid <= before.overlaid;
 		}
 		if (is_kept) {
 			report->bytes_after = bytes;

@@ -9,6 +9,7 @@
 #include "formats/mesh.h"
 #include "stages/facefix/cheaper.h"
 #include "stages/facefix/gridfit.h"
+#include "stages/facefix/gridmend.h"
 #include "stages/tool/tool.h"
 
 #define CAGE_SCHEMA 1 /* newest schema of assemble's and polish's files that is known here */
@@ -79,10 +80,16 @@ static void put_on_grid(struct ffx *ffx, const struct cage *cage, const struct o
 	}
 	if (!gridfit_round(ffx, cage, code, opt->groups, &fault))
 		fail(shown, &fault);
+	struct gridmend_report mended;
+	gridmend(ffx, &mended, cage, small);
+	tool_say("overlaid=%zu mended_by=%zu", mended.found, mended.moved);
 	const struct gridfit_damage damage = gridfit_check(cage, ffx, small);
 	if (damage.collapsed || damage.turned)
 		tool_warn("%s: %zu faces collapse and %zu corners turn on a grid of %d steps", shown, damage.collapsed,
 			  damage.turned, (int)ffx_grid_steps(code));
+	if (damage.overlaid)
+		tool_warn("%s: %zu vertices or edges lie on others on a grid of %d steps", shown, damage.overlaid,
+			  (int)ffx_grid_steps(code));
 	ffx->has_frame = !opt->no_frame;
 }
 

@@ -6,10 +6,16 @@
 #include <string.h>
 
 #include "formats/mesh.h"
+#include "stages/facefix/gridmend.h"
 #include "stages/geometry/vector.h"
 
 #define MEASURED_FACES 200000
 #define MEASURED_LEVEL 3
+
+double gridfit_exact(const struct cage *cage, const struct ffx *ffx, size_t i)
+{
+	return cage->xyz[i] / ffx->frame.step - ldexp((double)ffx->frame.origin[i % 3], -(int)ffx->frame.origin_bits);
+}
 
 bool gridfit_round(struct ffx *ffx, const struct cage *cage, unsigned grid_code, bool with_patches, struct fault *fault)
 {
@@ -29,8 +35,7 @@ bool gridfit_round(struct ffx *ffx, const struct cage *cage, unsigned grid_code,
 	ffx->vertex_count = cage->vertex_count;
 	ffx->grid = mem_array(3 * cage->vertex_count, sizeof *ffx->grid);
 	for (size_t i = 0; i < 3 * cage->vertex_count; i++) {
-		const double at = round(cage->xyz[i] / ffx->frame.step -
-					ldexp((double)ffx->frame.origin[i % 3], -(int)ffx->frame.origin_bits));
+		const double at = round(gridfit_exact(cage, ffx, i));
 		ffx->grid[i] = (int32_t)fmin(fmax(at, 0), steps);
 	}
 	ffx->face_count = cage->face_count;
@@ -44,22 +49,46 @@ bool gridfit_round(struct ffx *ffx, const struct cage *cage, unsigned grid_code,
 	return true;
 }
 
-/* Four times the area vector of the sub-quad at corner i of a face of n corners: vertex, middle of the side after it, centre of
- * the face, middle of the side before it. */
-static void subquad(double out[3], const double *xyz, const idx_t *corner, size_t n, size_t i, const double centre[3])
+/* A multiple (4 n, for n corners) of the area vector of the sub-quad at corner i of a face: vertex, middle of the side after it,
+ * centre of the face, middle of the side before it. sum: of the corners. Exact where the coordinates are integers. */
+static void subquad(double out[3], const double before[3], const double at[3], const double after[3], const double sum[3], size_t n)
 {
-	const double *c = xyz + 3 * (size_t)corner[i];
 	double along[3], across[3];
-	sub3(along, centre, c);
-	sub3(across, xyz + 3 * (size_t)corner[(i + n - 1) % n], xyz + 3 * (size_t)corner[(i + 1) % n]);
+	for (int k = 0; k < 3; k++)
+		along[k] = sum[k] - (double)n * at[k];
+	sub3(across, before, after);
 	cross3(out, along, across);
 }
 
-static void face_centre(double out[3], const double *xyz, const idx_t *corner, size_t n)
+static void point_of(double exact[3], double rounded[3], const struct cage *cage, const struct ffx *ffx, idx_t v)
 {
-	out[0] = out[1] = out[2] = 0;
-	for (size_t i = 0; i < n; i++)
-		add_scaled3(out, 1.0 / (double)n, xyz + 3 * (size_t)corner[i]);
+	for (int k = 0; k < 3; k++) {
+		exact[k] = cage->xyz[3 * (size_t)v + k];
+		rounded[k] = ffx->grid[3 * (size_t)v + k];
+	}
+}
+
+size_t gridfit_turned_corners(const struct cage *cage, const struct ffx *ffx, size_t face, double small)
+{
+	const idx_t *corner = cage->face_corner + cage->face_start[face];
+	const size_t n = cage->face_start[face + 1] - cage->face_start[face];
+	size_t count = 0;
+	double exact[3][3], rounded[3][3], exact_sum[3] = {0}, rounded_sum[3] = {0};
+	for (size_t i = 0; i < n; i++) {
+		point_of(exact[0], rounded[0], cage, ffx, corner[i]);
+		add_scaled3(exact_sum, 1, exact[0]);
+		add_scaled3(rounded_sum, 1, rounded[0]);
+	}
+	for (size_t i = 0; i < n; i++) {
+		double before[3], after[3];
+		point_of(exact[0], rounded[0], cage, ffx, corner[(i + n - 1) % n]);
+		point_of(exact[1], rounded[1], cage, ffx, corner[i]);
+		point_of(exact[2], rounded[2], cage, ffx, corner[(i + 1) % n]);
+		subquad(before, exact[0], exact[1], exact[2], exact_sum, n);
+		subquad(after, rounded[0], rounded[1], rounded[2], rounded_sum, n);
+		count += norm3(before) > 4 * small * small * (double)n && dot3(before, after) <= 0;
+	}
+	return count;
 }
 
 /* Two corners of a face at one place that were apart before? Sorted by place, so that long faces cost no square. */
@@ -97,29 +126,18 @@ static bool collapses(struct place *place, const struct cage *cage, const struct
 struct gridfit_damage gridfit_check(const struct cage *cage, const struct ffx *ffx, double small)
 {
 	struct gridfit_damage damage = {0};
-	struct cage rounded;
-	ffx_to_cage(&rounded, ffx);
 	size_t longest = 0;
 	for (size_t f = 0; f < cage->face_count; f++)
 		longest = cage->face_start[f + 1] - cage->face_start[f] > longest ? cage->face_start[f + 1] - cage->face_start[f]
 										  : longest;
 	struct place *place = mem_array(longest, sizeof *place);
 	for (size_t f = 0; f < cage->face_count; f++) {
-		const idx_t *corner = cage->face_corner + cage->face_start[f];
-		const size_t n = cage->face_start[f + 1] - cage->face_start[f];
-		double before_centre[3], after_centre[3];
-		face_centre(before_centre, cage->xyz, corner, n);
-		face_centre(after_centre, rounded.xyz, corner, n);
-		for (size_t i = 0; i < n; i++) {
-			double before[3], after[3];
-			subquad(before, cage->xyz, corner, n, i, before_centre);
-			subquad(after, rounded.xyz, corner, n, i, after_centre);
-			damage.turned += norm3(before) > 4 * small * small && dot3(before, after) <= 0;
-		}
-		damage.collapsed += collapses(place, cage, ffx, corner, n);
+		damage.turned += gridfit_turned_corners(cage, ffx, f, small);
+		damage.collapsed += collapses(place, cage, ffx, cage->face_corner + cage->face_start[f],
+					      cage->face_start[f + 1] - cage->face_start[f]);
 	}
 	free(place);
-	cage_free(&rounded);
+	damage.overlaid = gridmend_count(ffx, cage);
 	return damage;
 }
 
@@ -183,6 +201,12 @@ void gridfit_deviation(double *mean, double *max, struct gridfit_ruler *ruler, c
 	cage_free(&rounded);
 }
 
+static bool is_within(struct gridfit_choice *choice, struct gridfit_ruler *ruler, const struct ffx *ffx, double tolerance)
+{
+	gridfit_deviation(&choice->mean, &choice->max, ruler, ffx);
+	return choice->mean <= tolerance && choice->max <= GRIDFIT_MAX_OVER_MEAN * tolerance;
+}
+
 bool gridfit_choose(struct gridfit_choice *choice, const struct cage *cage, double tolerance, struct fault *fault)
 {
 	*choice = (struct gridfit_choice){0};
@@ -198,13 +222,15 @@ bool gridfit_choose(struct gridfit_choice *choice, const struct cage *cage, doub
 		is_good = gridfit_round(&ffx, cage, code, false, fault);
 		if (!is_good)
 			break;
-		gridfit_deviation(&choice->mean, &choice->max, &ruler, &ffx);
-		const bool is_near = choice->mean <= tolerance && choice->max <= GRIDFIT_MAX_OVER_MEAN * tolerance;
-		bool is_whole = true;
+		bool is_near = is_within(choice, &ruler, &ffx, tolerance), is_whole = true;
 		if (is_near) {
-			const struct gridfit_damage damage = gridfit_check(cage, &ffx, GRIDFIT_SMALL_TOLERANCES * tolerance);
-			is_whole = damage.collapsed == 0 && damage.turned == 0;
-			choice->finer += !is_whole;
+			const double small = GRIDFIT_SMALL_TOLERANCES * tolerance;
+			struct gridmend_report mended;
+			gridmend(&ffx, &mended, cage, small);
+			is_near = mended.moved == 0 || is_within(choice, &ruler, &ffx, tolerance);
+			const struct gridfit_damage damage = gridfit_check(cage, &ffx, small);
+			is_whole = damage.collapsed == 0 && damage.turned == 0 && damage.overlaid == 0;
+			choice->finer += !(is_near && is_whole);
 		}
 		ffx_free(&ffx);
 		choice->grid_code = code;

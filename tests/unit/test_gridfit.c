@@ -4,7 +4,9 @@
 #include "formats/mesh.h"
 #include "stages/facefix/cheaper.h"
 #include "stages/facefix/gridfit.h"
+#include "stages/facefix/gridmend.h"
 #include "stages/geometry/subdivide.h"
+#include "stages/geometry/trimesh.h"
 #include "stages/geometry/vector.h"
 
 /* A hexagonal prism around the z axis with a ring half-way: its smooth side is nearly a cylinder. */
@@ -150,10 +152,147 @@ static void test_collapse(void **state)
 	assert_int_equal(fine.collapsed, 0);
 	assert_int_equal(fine.turned, 0);
 	ffx_free(&ffx);
+	/* Moved apart by a step they need no grid that is finer than the gap of 0.001. */
 	struct gridfit_choice choice;
 	assert_true(gridfit_choose(&choice, &cage, 0.01, &fault));
-	assert_true(choice.finer > 0);
-	assert_true(ffx_grid_steps(choice.grid_code) > 400); /* half a step must be smaller than the gap of 0.001 */
+	assert_true(choice.mean <= 0.01 && choice.max <= 0.08);
+	assert_true(ffx_grid_steps(choice.grid_code) < 400);
+	assert_true(gridfit_round(&ffx, &cage, choice.grid_code, false, &fault));
+	struct gridmend_report report;
+	gridmend(&ffx, &report, &cage, 0.04);
+	assert_true(report.found > 0 && report.moved > 0);
+	assert_int_equal(report.left, 0);
+	const struct gridfit_damage mended = gridfit_check(&cage, &ffx, 0.04);
+	assert_int_equal(mended.collapsed + mended.turned + mended.overlaid, 0);
+	ffx_free(&ffx);
+	cage_free(&cage);
+}
+
+#define GRID_14 15 /* a grid of 14 steps */
+
+static int compare_pairs(const void *left, const void *right)
+{
+	const idx_t *a = left, *b = right;
+	const int k = a[0] == b[0];
+	return (a[k] > b[k]) - (a[k] < b[k]);
+}
+
+/* A block of 14 steps a side on a grid of 14, all its edges sharp, so that it is refined in straight lines. Its top is a triangle
+ * on the front edge, with its tip at (x, y), and three more around that. */
+static struct cage block_with_tip(double x, double y)
+{
+	struct cage cage = {0};
+	for (int v = 0; v < 8; v++)
+		sample_vertex(&cage, v & 1 ? 14 : 0, v & 2 ? 14 : 0, v & 4 ? 14 : 0);
+	sample_vertex(&cage, x, y, 14);
+	sample_quad(&cage, 0, 2, 3, 1);
+	sample_quad(&cage, 0, 1, 5, 4);
+	sample_quad(&cage, 1, 3, 7, 5);
+	sample_quad(&cage, 3, 2, 6, 7);
+	sample_quad(&cage, 2, 0, 4, 6);
+	const idx_t rim[] = {4, 5, 7, 6, 4};
+	for (int i = 0; i < 4; i++)
+		sample_face(&cage, (idx_t[]){rim[i], rim[i + 1], 8}, 3);
+	cage.sharp = mem_array(2 * 16, sizeof *cage.sharp);
+	for (size_t f = 0; f < cage.face_count; f++) {
+		const idx_t *corner = sample_corners(&cage, f);
+		const size_t n = sample_degree(&cage, f);
+		for (size_t i = 0; i < n; i++)
+			if (corner[i] < corner[(i + 1) % n]) { /* each edge once */
+				cage.sharp[2 * cage.sharp_count] = corner[i];
+				cage.sharp[2 * cage.sharp_count++ + 1] = corner[(i + 1) % n];
+			}
+	}
+	assert_int_equal(cage.sharp_count, 16);
+	qsort(cage.sharp, cage.sharp_count, 2 * sizeof *cage.sharp, compare_pairs);
+	return cage;
+}
+
+/* Edges of more than two faces when the refined cage is written vertex by vertex and welded again, as STL is. */
+static size_t nonmanifold_edges(const struct ffx *ffx, int steps)
+{
+	struct cage cage;
+	struct level base, fine;
+	struct fault fault = {0};
+	ffx_to_cage(&cage, ffx);
+	assert_true(level_from_cage(&base, &cage, &fault));
+	level_refine(&fine, &base, cage.scheme, steps);
+	const size_t corners = fine.face_start[fine.face_count];
+	struct mesh mesh = {.vertex_count = fine.vertex_count, .face_count = fine.face_count};
+	mesh.xyz = mem_copy(fine.xyz, 3 * fine.vertex_count, sizeof(double));
+	mesh.corner = mem_copy(fine.face_corner, corners, sizeof(idx_t));
+	mesh.face_start = mem_copy(fine.face_start, fine.face_count + 1, sizeof(size_t));
+	mesh_weld(&mesh, 0, NULL);
+	struct trimesh trimesh;
+	assert_true(trimesh_from_mesh(&trimesh, &mesh, "welded", &fault));
+	const size_t count = trimesh.nonmanifold_count;
+	assert_int_equal(trimesh.open_count, 0);
+	trimesh_free(&trimesh);
+	level_free(&fine);
+	level_free(&base);
+	cage_free(&cage);
+	return count;
+}
+
+static void assert_mended(double x, double y)
+{
+	struct cage cage = block_with_tip(x, y);
+	struct ffx ffx;
+	struct fault fault = {0};
+	assert_int_equal(ffx_grid_steps(GRID_14), 14);
+	assert_true(gridfit_round(&ffx, &cage, GRID_14, false, &fault));
+	assert_true(nonmanifold_edges(&ffx, 4) > 0);
+	assert_true(gridfit_check(&cage, &ffx, 4).overlaid > 0);
+	struct gridmend_report report;
+	gridmend(&ffx, &report, &cage, 4);
+	assert_true(report.found > 0);
+	assert_int_equal(report.moved, 1);
+	assert_int_equal(report.left, 0);
+	assert_int_equal(gridmend_count(&ffx, &cage), 0);
+	/* One step away, and nothing else has moved. */
+	size_t moved = 0;
+	for (size_t i = 0; i < 3 * cage.vertex_count; i++) {
+		const double off = ffx.grid[i] - gridfit_exact(&cage, &ffx, i);
+		assert_true(fabs(off) < 2);
+		moved += fabs(off) > 0.5 + 1e-5;
+	}
+	assert_true(moved <= 3);
+	for (int steps = 0; steps <= 4; steps++)
+		assert_int_equal(nonmanifold_edges(&ffx, steps), 0);
+	ffx_free(&ffx);
+	cage_free(&cage);
+}
+
+/* The triangle on the front edge, 0.3 steps high, becomes a line: its tip falls onto the middle of that edge. */
+static void test_line(void **state)
+{
+	(void)state;
+	assert_mended(7, 0.3);
+}
+
+/* The tip falls onto a corner of the block. */
+static void test_one_point(void **state)
+{
+	(void)state;
+	assert_mended(0.3, 0.4);
+}
+
+/* The corner (0, 0) of the top moved to (2, 0), and the tip beyond the left edge: the triangle there is turned over and lies on its
+ * neighbours at the two edges of the tip. That it was so before rounding makes it no better. */
+static void test_folded(void **state)
+{
+	(void)state;
+	struct cage cage = block_with_tip(0, 4);
+	cage.xyz[3 * 4] = 2;
+	struct ffx ffx;
+	struct fault fault = {0};
+	assert_true(gridfit_round(&ffx, &cage, GRID_14, false, &fault));
+	assert_int_equal(gridmend_count(&ffx, &cage), 4); /* each edge is seen from both its ends */
+	struct gridmend_report report;
+	gridmend(&ffx, &report, &cage, 4);
+	assert_int_equal(report.found, 4);
+	assert_int_equal(report.left, 0);
+	ffx_free(&ffx);
 	cage_free(&cage);
 }
 
@@ -221,6 +360,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(test_rounding), cmocka_unit_test(test_choice),   cmocka_unit_test(test_cheaper),
 		cmocka_unit_test(test_collapse), cmocka_unit_test(test_refusals), cmocka_unit_test(test_unpacked_levels),
+		cmocka_unit_test(test_line),     cmocka_unit_test(test_one_point), cmocka_unit_test(test_folded),
 	};
 	return cmocka_run_group_tests(tests, NULL, NULL);
 }
