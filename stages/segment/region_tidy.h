@@ -35,6 +35,10 @@ void tidy_flat_regions(struct regions *regions, double distance);
 /* The same for every kind of surface, simplest first. */
 void tidy_identify(struct regions *regions, double distance);
 
+/* Give planes of one flat to the curved neighbours that explain all of its triangles (facets that are flat across a seam).
+ * Returns how many went. */
+size_t tidy_share_flats(struct regions *regions, const struct flats *flats, const struct tidy_options *options);
+
 /* Unite neighbours that one surface explains, no more complex than the more complex of both. */
 size_t tidy_unite(struct regions *regions, const struct flats *flats, const struct tidy_options *options);
 

@@ -24,6 +24,9 @@ static const double level_gain[PRIMITIVES_LEVELS] = {1, 0.8, 0.65, 0.5};
 #define SURE_TRIANGLES 10.0    /* a region, on average */
 #define SURE_GAIN 0.5
 #define FREE_SHARE 0.2
+#define FACETED_REGIONS 16     /* planes, of a part that may be nothing but its facets ... */
+#define FACETED_TRIANGLES 2.2  /* each of so many triangles at most, on average ... */
+#define FACETED_EVEN 0.7       /* and of about one size: share of them that would, being equal, have the same sum of squared areas */
 #define CLEAN_COST 4.0         /* a part so cheap needs no other tolerance */
 
 static double mean_length(const struct facets *f)
@@ -79,6 +82,7 @@ static void segment_at(struct regions *r, double distance, double least_share)
 	tidy_borders(r, &tidy, 8);
 	regions_split(r);
 	tidy_absorb(r, &tidy);
+	tidy_share_flats(r, &flats, &tidy);
 	tidy_unite(r, &flats, &tidy);
 	tidy_measure(r, distance);
 	tidy_borders(r, &tidy, 20);
@@ -147,6 +151,49 @@ static void whole_free_parts(struct regions *r, double *cost, const unsigned cha
 	free(area);
 	free(normal);
 	free(fresh);
+}
+
+/* A coarse free-form part is planes triangle by triangle: a description no shorter than the mesh. Faces of a polyhedron
+ * with bevels are as few triangles each, but of different sizes. */
+static void faceted_parts(struct regions *r)
+{
+	const struct facets *f = r->facets;
+	const size_t parts = f->smooth_part_count, before = r->count;
+	double *area = mem_array(parts, sizeof *area), *squares = mem_array(parts, sizeof *squares), *size = mem_array(before, sizeof *size);
+	size_t *regions = mem_array(parts, sizeof *regions), *triangles = mem_array(parts, sizeof *triangles);
+	unsigned char *is_curved = mem_array(parts, 1);
+	idx_t *fresh = mem_array(parts, sizeof *fresh), *part_of = mem_array(before, sizeof *part_of);
+	const struct dense_patch none = {.kind = PATCH_FREE};
+	for (size_t i = 0; i < before; i++)
+		part_of[i] = NO_INDEX;
+	for (size_t t = 0; t < f->triangle_count; t++) {
+		size[r->label[t]] += f->area[t];
+		part_of[r->label[t]] = f->smooth_part[t];
+		area[f->smooth_part[t]] += f->area[t];
+		triangles[f->smooth_part[t]]++;
+	}
+	for (size_t i = 0; i < before; i++)
+		if (part_of[i] != NO_INDEX) {
+			regions[part_of[i]]++;
+			squares[part_of[i]] += size[i] * size[i];
+			is_curved[part_of[i]] |= r->patch[i].kind != PATCH_PLANE;
+		}
+	for (size_t p = 0; p < parts; p++) {
+		const bool is_faceted = !is_curved[p] && regions[p] >= FACETED_REGIONS && (double)triangles[p] <= FACETED_TRIANGLES * (double)regions[p] &&
+		                        area[p] * area[p] > FACETED_EVEN * (double)regions[p] * squares[p];
+		fresh[p] = is_faceted ? regions_add(r, &none) : NO_INDEX;
+	}
+	for (size_t t = 0; t < f->triangle_count; t++)
+		if (fresh[f->smooth_part[t]] != NO_INDEX)
+			r->label[t] = fresh[f->smooth_part[t]];
+	free(area);
+	free(squares);
+	free(size);
+	free(regions);
+	free(triangles);
+	free(is_curved);
+	free(fresh);
+	free(part_of);
 }
 
 /* In noisy parts edges are sharp by accident, and cut off more than slivers. */
@@ -224,6 +271,7 @@ void segment_primitives(struct regions *r, const struct primitives_options *opti
 		regions_renumber(r);
 	}
 	whole_free_parts(r, cost, level, report->distance);
+	faceted_parts(r);
 	absorb_specks(r, level, report->distance, options->least_area * f->total_area);
 	regions_renumber(r);
 	tidy_measure(r, 0);

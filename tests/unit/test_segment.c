@@ -46,6 +46,8 @@ static void test_parts(void **state)
 	static const char *const coarse[] = {"frustum", "cone", "shaft", "spool", "flange", "plate12", "bracket", "chamfered", "nut", "crosshole"};
 	for (size_t i = 0; i < sizeof coarse / sizeof *coarse; i++)
 		assert_faces(coarse[i], &(struct part_options){.nasty = true, .facets = 24}, ALL);
+	/* where the pipe goes over into its bend, facets at its sides are flat across the seam */
+	assert_faces("elbow", &(struct part_options){.nasty = true}, ALL);
 	/* involutes are no analytic surface: they may come in pieces */
 	assert_faces("gear", &(struct part_options){.nasty = true}, 0.98);
 }
@@ -153,6 +155,53 @@ static void test_saddle(void **state)
 	segmented_free(&s);
 }
 
+/* A ring of a twisted band of few triangles is some bent patches, not as many planes; a box with bevels, whose faces are as few
+ * triangles each and bend less, is its planes. */
+static void test_few_triangles(void **state)
+{
+	(void)state;
+	enum { STEPS = 17, STEP_DEG = 20 };
+	double xyz[6 * (STEPS + 1)];
+	idx_t triangle[6 * STEPS];
+	struct segmented s;
+	for (int i = 0; i <= STEPS; i++)
+		for (int side = 0; side < 2; side++) {
+			const double a = i * STEP_DEG / DEGREES, half = side ? 10 : -10, r = 30 + half * cos(a / 2);
+			memcpy(xyz + 6 * i + 3 * side, (double[3]){r * cos(a), r * sin(a), half * sin(a / 2)}, 3 * sizeof *xyz);
+		}
+	for (int i = 0; i < STEPS; i++)
+		memcpy(triangle + 6 * i, (idx_t[6]){2 * i, 2 * i + 2, 2 * i + 3, 2 * i, 2 * i + 3, 2 * i + 1}, 6 * sizeof *triangle);
+	segmented_dense(&s, xyz, 2 * (STEPS + 1), triangle, 2 * STEPS);
+	segmented_run(&s);
+	segmented_assert_sound(&s);
+	/* cut by how far a patch may turn, no more */
+	assert_in_range(s.regions.count, 1, 8);
+	for (size_t i = 0; i < s.regions.count; i++)
+		assert_true(s.regions.patch[i].kind != PATCH_PLANE);
+	segmented_free(&s);
+
+	/* a square tower whose upper end slopes all round, by 30 degrees and then by 65: 4 walls, 8 slopes, 1 top */
+	double tower[48];
+	idx_t face[6 * 12 + 6];
+	static const double radius[4] = {10, 10, 9, 6}, height[4] = {0, 20, 21.732, 23.131};
+	for (int level = 0; level < 4; level++)
+		for (int k = 0; k < 4; k++)
+			memcpy(tower + 12 * level + 3 * k, (double[3]){(k == 0 || k == 3 ? -1 : 1) * radius[level], (k < 2 ? -1 : 1) * radius[level], height[level]}, 3 * sizeof *tower);
+	for (int level = 0; level < 3; level++)
+		for (int k = 0; k < 4; k++) {
+			const idx_t a = 4 * level + k, b = 4 * level + (k + 1) % 4;
+			memcpy(face + 6 * (4 * level + k), (idx_t[6]){a, b, b + 4, a, b + 4, a + 4}, 6 * sizeof *face);
+		}
+	memcpy(face + 72, (idx_t[6]){12, 13, 14, 12, 14, 15}, 6 * sizeof *face);
+	segmented_dense(&s, tower, 16, face, 26);
+	segmented_run(&s);
+	segmented_assert_sound(&s);
+	assert_int_equal(s.regions.count, 13);
+	for (size_t i = 0; i < s.regions.count; i++)
+		assert_int_equal(s.regions.patch[i].kind, PATCH_PLANE);
+	segmented_free(&s);
+}
+
 /* Two runs give the same labels. */
 static void test_repeatable(void **state)
 {
@@ -175,7 +224,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(test_acceptance), cmocka_unit_test(test_parts), cmocka_unit_test(test_noise),
 		cmocka_unit_test(test_parameters), cmocka_unit_test(test_invariance), cmocka_unit_test(test_renumbering),
-		cmocka_unit_test(test_free_form), cmocka_unit_test(test_saddle), cmocka_unit_test(test_repeatable),
+		cmocka_unit_test(test_free_form), cmocka_unit_test(test_saddle), cmocka_unit_test(test_few_triangles), cmocka_unit_test(test_repeatable),
 	};
 	return cmocka_run_group_tests_name("segment", tests, NULL, NULL);
 }
