@@ -64,6 +64,12 @@ void creases_free(struct creases *creases)
 	*creases = (struct creases){0};
 }
 
+static int compare_numbers(const void *a, const void *b)
+{
+	const double x = *(const double *)a, y = *(const double *)b;
+	return (x > y) - (x < y);
+}
+
 void creases_distance(struct crease_distance *out, const double *xyz, const struct creases *from, const double *to_xyz,
                       size_t to_vertex_count, const struct creases *to, size_t samples)
 {
@@ -99,8 +105,12 @@ void creases_distance(struct crease_distance *out, const double *xyz, const stru
 	for (size_t i = 0; i < all; i++)
 		distance[i] = nearest_point(tree, point + 3 * i, INFINITY, NULL).distance;
 	*out = (struct crease_distance){0};
-	for (size_t i = 0; i < all; i++)
-		out->max = fmax(out->max, distance[i]);
+	size_t worst = 0;
+	for (size_t i = 1; i < all; i++)
+		if (distance[i] > distance[worst])
+			worst = i;
+	out->max = distance[worst];
+	copy3(out->worst, point + 3 * worst);
 	const double scale = out->max > 0 ? out->max : 1;
 	for (size_t i = 0; i < samples; i++) {
 		out->mean += distance[i] / scale;
@@ -108,6 +118,8 @@ void creases_distance(struct crease_distance *out, const double *xyz, const stru
 	}
 	out->mean *= scale / (double)samples;
 	out->rms = sqrt(out->rms / (double)samples) * scale;
+	qsort(distance, samples, sizeof *distance, compare_numbers);
+	out->p99 = distance[(99 * samples + 99) / 100 - 1];
 	nearest_free(tree);
 	free(segment);
 	free(point);

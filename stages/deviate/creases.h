@@ -16,10 +16,12 @@ void creases_find(struct creases *creases, const double *xyz, const idx_t *trian
 void creases_free(struct creases *creases);
 
 struct crease_distance {
-	double mean, rms, max;  /* model units; mean and rms uniform by length, max with the ends of the edges */
+	double mean, rms, p99, max; /* model units; all but max uniform by length, max with the ends of the edges */
+	double worst[3];        /* where max was found */
 };
 
-/* From samples on the creases of one surface to the nearest crease of another one; both must have some. O((samples + count) log count). */
+/* From samples on the creases of one surface to the nearest crease of another one; both must have some, and there
+ * must be samples. O((samples + count) log count). */
 void creases_distance(struct crease_distance *out, const double *xyz, const struct creases *from, const double *to_xyz,
                       size_t to_vertex_count, const struct creases *to, size_t samples);
 

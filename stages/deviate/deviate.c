@@ -85,6 +85,11 @@ static void print_side(FILE *file, const char *name, const struct deviation_side
 	fprintf(file, "%s_turned_share=%.6g\n", name, side->turned_share);
 }
 
+static void print_point(FILE *file, const char *name, const double point[3])
+{
+	fprintf(file, "%s=%.9g,%.9g,%.9g\n", name, point[0], point[1], point[2]);
+}
+
 static void print_creases(FILE *file, const struct trimesh surface[2], const struct options *opt, double side)
 {
 	static const char *const name[3] = {"ab", "ba", "sym"};
@@ -100,20 +105,19 @@ static void print_creases(FILE *file, const struct trimesh surface[2], const str
 			                 &creases[1 - i], opt->measure.samples / 10);
 		distance[2].mean = (distance[0].mean + distance[1].mean) / 2;
 		distance[2].rms = hypot(distance[0].rms, distance[1].rms) / M_SQRT2;
+		distance[2].p99 = fmax(distance[0].p99, distance[1].p99);
 		distance[2].max = fmax(distance[0].max, distance[1].max);
 		for (int i = 0; i < 3; i++) {
 			fprintf(file, "%s_sharp_mean_side=%.9g\n", name[i], distance[i].mean / side);
 			fprintf(file, "%s_sharp_rms_side=%.9g\n", name[i], distance[i].rms / side);
+			fprintf(file, "%s_sharp_p99_side=%.9g\n", name[i], distance[i].p99 / side);
 			fprintf(file, "%s_sharp_max_side=%.9g\n", name[i], distance[i].max / side);
 		}
+		print_point(file, "ab_sharp_max_at", distance[0].worst);
+		print_point(file, "ba_sharp_max_at", distance[1].worst);
 	}
 	creases_free(&creases[0]);
 	creases_free(&creases[1]);
-}
-
-static void print_point(FILE *file, const char *name, const double point[3])
-{
-	fprintf(file, "%s=%.9g,%.9g,%.9g\n", name, point[0], point[1], point[2]);
 }
 
 static bool exceeds(struct tool_length bound, double value, double side)

@@ -327,6 +327,9 @@ static void creases_of_cubes(void **state)
 	 * where it is the distance along the edge: 4 * (0.8 * 0.1 + 2 * 0.1^2 / 2) over 12. */
 	assert_near(distance.mean, 4 * (0.08 + 0.01) / 12, 1e-5);
 	assert_near(distance.max, 0.1, 1e-12);
+	/* More than a hundredth of the length is 0.1 away, and the worst place is on the top edges. */
+	assert_near(distance.p99, 0.1, 1e-12);
+	assert_near(distance.worst[2], 1, 1e-12);
 	creases_distance(&distance, b, &of_b, a, 8, &of_a, 12400);
 	/* From the higher one: 0.1 along its top edges, and on average 0.05 along the last tenths of its upright ones. */
 	assert_near(distance.mean, (4 * 0.1 + 4 * 0.1 * 0.05) / 12.4, 1e-5);
