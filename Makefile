@@ -56,6 +56,8 @@ help:
 	@echo 'unit       the unit tests alone'
 	@echo 'check-san  the readers and the decoder under sanitizers (SAN=address,undefined)'
 	@echo 'bench      the pipeline over DATA=folder; build/bench.tsv and build/bench.html'
+	@echo 'bench-segmentation  how well segment finds the faces of the sample parts'
+	@echo 'bench-peers  our bytes against edge collapse and Draco; build/peers.tsv and build/peers.html'
 	@echo 'lint       compiler warnings as errors (gcc, clang), cppcheck, shellcheck, manual pages'
 	@echo 'fuzz       the readers under libFuzzer, FUZZ_SECONDS each'
 	@echo 'install    into $$(DESTDIR)$(PREFIX); uninstall'
@@ -74,7 +76,7 @@ as_root = $(if $(filter 0,$(shell id -u)),,sudo)
 
 # demo, check, lint and the rest install what they miss before anything is compiled. Where there is no dpkg the libraries are
 # taken to be there; `make deps` says which they are.
-goal_packages = $(if $(filter demo check unit check-san bench lint fuzz,$(MAKECMDGOALS)),$(BUILD_PACKAGES)) \
+goal_packages = $(if $(filter demo check unit check-san bench bench-peers lint fuzz,$(MAKECMDGOALS)),$(BUILD_PACKAGES)) \
 	$(if $(filter check unit check-san bench lint,$(MAKECMDGOALS)),$(CHECK_PACKAGES)) $(if $(filter lint fuzz,$(MAKECMDGOALS)),$(LINT_PACKAGES))
 ifneq ($(strip $(goal_packages)),)
 ifneq ($(have_dpkg),)
@@ -189,9 +191,33 @@ pictures: demo
 	for p in $(PICTURES); do cp build/demo/$$p.png man/pictures/ || exit 1; done
 PART_SECONDS ?= 60
 PART_MIB ?= 2048
-bench: $(TOOLS) | $(deps_first)
-	@BIN=$(abspath $(BIN)) PART_SECONDS=$(PART_SECONDS) PART_MIB=$(PART_MIB) \
-	sh tests/bench/bench '$(DATA)' build
+# Two programs of the bench use CGAL, which is C++ headers: built where libcgal-dev is, done without elsewhere.
+CGAL_MAINS := $(if $(wildcard /usr/include/CGAL/Surface_mesh.h /usr/local/include/CGAL/Surface_mesh.h),crossings simplify)
+CGAL_OBJ := $(CGAL_MAINS:%=$(BUILD)/tests/bench/%.cpp.o)
+# Exact predicates need the rounding that they set. CGAL's checks of its own are left out; they cost half the time.
+$(CGAL_OBJ): CXXFLAGS += -frounding-math -DNDEBUG
+$(CGAL_MAINS:%=$(BUILD)/%): $(BUILD)/%: $(BUILD)/tests/bench/%.cpp.o $(BUILD)/libcagewright.a
+	$(call say,link $@)$(CXX) $(all_ldflags) -o $@ $^ -lgmp -lmpfr $(LIBS)
+crossings := $(if $(CGAL_MAINS),$(BUILD)/crossings)
+simplify := $(if $(CGAL_MAINS),$(BUILD)/simplify)
+bench: $(TOOLS) $(crossings) | $(deps_first)
+	@BIN=$(abspath $(BIN)) CROSSINGS=$(abspath $(crossings)) PART_SECONDS=$(PART_SECONDS) PART_MIB=$(PART_MIB) \
+	sh tests/bench/bench '$(DATA)' $(BUILD)
+# PARTS=names for some alone; ours at each bound of PEER_TOLS.
+PEER_TOLS ?= 0.1%
+PEER_MAX ?= 1%
+PEER_TRIANGLES ?= 50000
+.PHONY: bench-peers
+bench-peers: $(TOOLS) $(simplify) | $(deps_first)
+	@BIN=$(abspath $(BIN)) SIMPLIFY=$(abspath $(simplify)) PART_SECONDS=$(PART_SECONDS) PART_MIB=$(PART_MIB) PARTS='$(PARTS)' \
+	PEER_TOLS='$(PEER_TOLS)' PEER_MAX='$(PEER_MAX)' PEER_TRIANGLES='$(PEER_TRIANGLES)' sh tests/bench/bench-peers '$(DATA)' $(BUILD)
+# The adjusted Rand index of the sample parts, whose true faces are known: build/segmentation.tsv.
+.PHONY: bench-segmentation
+bench-segmentation: $(TOOLS) $(BUILD)/parts $(BUILD)/rand_index | $(deps_first)
+	@BIN=$(abspath $(BIN)) PARTS=$(abspath $(BUILD)/parts) RAND_INDEX=$(abspath $(BUILD)/rand_index) \
+	sh tests/bench/segmentation $(BUILD)
+$(BUILD)/rand_index: $(BUILD)/tests/bench/rand_index.c.o $(BUILD)/libcagewright.a
+	$(call say,link $@)$(CXX) $(all_ldflags) -o $@ $^ $(LIBS)
 
 # --- fuzz --------------------------------------------------------------------------------------------------------
 FUZZ_SECONDS ?= 30
@@ -210,7 +236,7 @@ build/fuzz/fuzz_%: build/fuzz/objects/tests/fuzz/fuzz_%.c.o build/fuzz/objects/l
 
 # --- lint --------------------------------------------------------------------------------------------------------
 LINT_C := $(sort $(wildcard formats/*.c stages/*/*.c tests/unit/*.c tests/fixtures/*.c tests/train/*.c tests/bench/*.c tests/fuzz/*.c))
-LINT_SH := $(sort .ci/run $(filter-out %.txt,$(wildcard tests/tools/*)) $(wildcard tests/cli/*.t tests/golden/*.t tests/property/*.t tests/bench/bench pipelines/batch-*))
+LINT_SH := $(sort .ci/run $(filter-out %.txt,$(wildcard tests/tools/*)) $(wildcard tests/cli/*.t tests/golden/*.t tests/property/*.t tests/bench/bench* tests/bench/segmentation pipelines/batch-*))
 LINT_PAGES := $(sort $(wildcard man/man*/*))
 .PHONY: lint lint-gcc lint-clang lint-cppcheck lint-sh lint-man
 lint: lint-gcc lint-clang lint-cppcheck lint-sh lint-man
@@ -262,4 +288,4 @@ clean:
 	rm -rf build bin
 
 -include $(LIB_OBJ:.o=.d) $(KERNEL_OBJ:.o=.d) $(SHIM_OBJ:.o=.d) $(MAIN_OBJ:.o=.d) $(UNIT_OBJ:.o=.d) $(FIXTURE_OBJ:.o=.d)
--include $(FIXTURE_MAINS:%=$(BUILD)/%.d) $(BUILD)/tests/train/train.c.d
+-include $(FIXTURE_MAINS:%=$(BUILD)/%.d) $(BUILD)/tests/train/train.c.d $(CGAL_OBJ:.o=.d)

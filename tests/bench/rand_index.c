@@ -3,7 +3,7 @@
  * usage: rand_index PART.segment.ply FACES
  * FACES has the number of the true face of each triangle, one a line, as build/parts --faces writes it. Prints
  * rand=X patches=N faces=M, X the adjusted Rand index (Hubert, Arabie, Comparing partitions, 1985) with triangles weighted
- * by area: 1 for equal partitions, about 0 for unrelated ones. */
+ * by area: 1 for equal partitions, about 0 for unrelated ones. Patches cut from one by virtual borders count as one. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -74,6 +74,21 @@ int main(int argc, char **argv)
 	if (!dense_from_ply(&dense, &ply, true, shown, &fault))
 		tool_fail(&fault);
 	const size_t count = dense.triangle_count;
+	/* the lowest id stands for all of one parent */
+	idx_t *whole = mem_array(dense.patch_count, sizeof *whole), *first = mem_array(dense.patch_count, sizeof *first);
+	size_t patches = 0;
+	for (size_t i = 0; i < dense.patch_count; i++) {
+		const idx_t parent = dense.patch[i].parent;
+		const bool is_known = parent >= 0 && (size_t)parent < dense.patch_count;
+		if (is_known && first[parent]) {
+			whole[i] = first[parent] - 1;
+			continue;
+		}
+		whole[i] = (idx_t)i;
+		patches++;
+		if (is_known)
+			first[parent] = (idx_t)i + 1;
+	}
 	idx_t *face = read_faces(argv[2], count);
 	struct cell *cell = mem_array(count, sizeof *cell);
 	idx_t faces = 0;
@@ -81,7 +96,7 @@ int main(int argc, char **argv)
 	for (size_t t = 0; t < count; t++) {
 		double n[3];
 		area_vector3(n, dense.xyz + 3 * dense.triangle[3 * t], dense.xyz + 3 * dense.triangle[3 * t + 1], dense.xyz + 3 * dense.triangle[3 * t + 2]);
-		cell[t] = (struct cell){dense.label[t], face[t], norm3(n) / 2};
+		cell[t] = (struct cell){whole[dense.label[t]], face[t], norm3(n) / 2};
 		total += cell[t].area;
 		faces = face[t] >= faces ? face[t] + 1 : faces;
 	}
@@ -95,7 +110,9 @@ int main(int argc, char **argv)
 	const double a = pairs_by_patch(cell, count, dense.patch_count, false), b = pairs_by_patch(cell, count, (size_t)faces, true);
 	const double expected = a * b / (total * total), most = (a + b) / 2;
 	/* one patch, one face: nothing to expect */
-	printf("rand=%.6f patches=%zu faces=%d\n", most - expected > 1e-12 * total * total ? (both - expected) / (most - expected) : 1, dense.patch_count, (int)faces);
+	printf("rand=%.6f patches=%zu faces=%d\n", most - expected > 1e-12 * total * total ? (both - expected) / (most - expected) : 1, patches, (int)faces);
+	free(whole);
+	free(first);
 	free(face);
 	free(cell);
 	dense_free(&dense);
