@@ -56,6 +56,7 @@ help:
 	@echo 'unit       the unit tests alone'
 	@echo 'check-san  the readers and the decoder under sanitizers (SAN=address,undefined)'
 	@echo 'bench      the pipeline over DATA=folder; build/bench.tsv and build/bench.html'
+	@echo 'bench-segmentation  how well segment finds the faces of the sample parts'
 	@echo 'bench-peers  our bytes against edge collapse and Draco; build/peers.tsv and build/peers.html'
 	@echo 'lint       compiler warnings as errors (gcc, clang), cppcheck, shellcheck, manual pages'
 	@echo 'fuzz       the readers under libFuzzer, FUZZ_SECONDS each'
@@ -210,6 +211,13 @@ PEER_TRIANGLES ?= 50000
 bench-peers: $(TOOLS) $(simplify) | $(deps_first)
 	@BIN=$(abspath $(BIN)) SIMPLIFY=$(abspath $(simplify)) PART_SECONDS=$(PART_SECONDS) PART_MIB=$(PART_MIB) PARTS='$(PARTS)' \
 	PEER_TOLS='$(PEER_TOLS)' PEER_MAX='$(PEER_MAX)' PEER_TRIANGLES='$(PEER_TRIANGLES)' sh tests/bench/bench-peers '$(DATA)' $(BUILD)
+# The adjusted Rand index of the sample parts, whose true faces are known: build/segmentation.tsv.
+.PHONY: bench-segmentation
+bench-segmentation: $(TOOLS) $(BUILD)/parts $(BUILD)/rand_index | $(deps_first)
+	@BIN=$(abspath $(BIN)) PARTS=$(abspath $(BUILD)/parts) RAND_INDEX=$(abspath $(BUILD)/rand_index) \
+	sh tests/bench/segmentation $(BUILD)
+$(BUILD)/rand_index: $(BUILD)/tests/bench/rand_index.c.o $(BUILD)/libcagewright.a
+	$(call say,link $@)$(CXX) $(all_ldflags) -o $@ $^ $(LIBS)
 
 # --- fuzz --------------------------------------------------------------------------------------------------------
 FUZZ_SECONDS ?= 30
@@ -228,7 +236,7 @@ build/fuzz/fuzz_%: build/fuzz/objects/tests/fuzz/fuzz_%.c.o build/fuzz/objects/l
 
 # --- lint --------------------------------------------------------------------------------------------------------
 LINT_C := $(sort $(wildcard formats/*.c stages/*/*.c tests/unit/*.c tests/fixtures/*.c tests/train/*.c tests/bench/*.c tests/fuzz/*.c))
-LINT_SH := $(sort .ci/run $(filter-out %.txt,$(wildcard tests/tools/*)) $(wildcard tests/cli/*.t tests/golden/*.t tests/property/*.t tests/bench/bench* pipelines/batch-*))
+LINT_SH := $(sort .ci/run $(filter-out %.txt,$(wildcard tests/tools/*)) $(wildcard tests/cli/*.t tests/golden/*.t tests/property/*.t tests/bench/bench* tests/bench/segmentation pipelines/batch-*))
 LINT_PAGES := $(sort $(wildcard man/man*/*))
 .PHONY: lint lint-gcc lint-clang lint-cppcheck lint-sh lint-man
 lint: lint-gcc lint-clang lint-cppcheck lint-sh lint-man
