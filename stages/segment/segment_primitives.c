@@ -27,7 +27,8 @@ static const double level_gain[PRIMITIVES_LEVELS] = {1, 0.8, 0.65, 0.5};
 #define FACETED_REGIONS 16     /* planes, of a part that may be nothing but its facets ... */
 #define FACETED_TRIANGLES 2.2  /* each of so many triangles at most, on average ... */
 #define FACETED_EVEN 0.7       /* and of about one size: share of them that would, being equal, have the same sum of squared areas */
-#define CLEAN_COST 4.0         /* a part so cheap needs no other tolerance */
+#define CLEAN_COST 4.0         /* a part so cheap needs no other tolerance, when it was met at the closest one ... */
+#define WHOLE_COST 1.5         /* ... else only one that is a single surface */
 
 static double mean_length(const struct facets *f)
 {
@@ -221,6 +222,7 @@ void segment_primitives(struct regions *r, const struct primitives_options *opti
 	double *left = mem_array(f->smooth_part_count, sizeof *left), *other_left = mem_array(f->smooth_part_count, sizeof *other_left);
 	double *part_area = mem_array(f->smooth_part_count, sizeof *part_area);
 	unsigned char *is_taken = mem_array(f->smooth_part_count, 1), *is_sure = mem_array(f->smooth_part_count, 1);
+	unsigned char *is_open = mem_array(f->smooth_part_count, 1);
 	size_t *part_triangles = mem_array(f->smooth_part_count, sizeof *part_triangles);
 	for (size_t t = 0; t < f->triangle_count; t++) {
 		part_area[f->smooth_part[t]] += f->area[t];
@@ -239,15 +241,16 @@ void segment_primitives(struct regions *r, const struct primitives_options *opti
 		regions_init(&trial, f);
 		/* faces of many triangles each that explain all at the closest tolerance are the part's faces, however many they are: one look
 		 * further is enough */
-		for (size_t p = 0; p < f->smooth_part_count; p++)
+		for (size_t p = 0; p < f->smooth_part_count; p++) {
 			is_sure[p] = level[p] == 0 && left[p] < LOSS_MOST * part_area[p] && (double)part_triangles[p] > SURE_TRIANGLES * cost[p];
+			is_open[p] = cost[p] > (level[p] > 0 ? WHOLE_COST : CLEAN_COST) && (l < 2 || !is_sure[p]);
+		}
 		const struct dense_patch none = {.kind = PATCH_FREE};
 		const idx_t outside = regions_add(&trial, &none);
 		for (size_t t = 0; t < f->triangle_count; t++) {
 			const idx_t p = f->smooth_part[t];
-			const bool is_open = cost[p] > CLEAN_COST && (l < 2 || !is_sure[p]);
-			trial.label[t] = is_open ? NO_INDEX : outside;
-			is_any = is_any || is_open;
+			trial.label[t] = is_open[p] ? NO_INDEX : outside;
+			is_any = is_any || is_open[p];
 		}
 		if (is_any) {
 			segment_at(&trial, level_distance[l], options->least_area);
@@ -258,7 +261,7 @@ void segment_primitives(struct regions *r, const struct primitives_options *opti
 				regions_add(r, &trial.patch[i]);
 			/* compared with the best so far, whatever its level; a wider tolerance must not explain less */
 			for (size_t p = 0; p < f->smooth_part_count; p++)
-				is_taken[p] = cost[p] > CLEAN_COST && (l < 2 || !is_sure[p]) && other[p] < (is_sure[p] ? SURE_GAIN : level_gain[l]) * cost[p] &&
+				is_taken[p] = is_open[p] && other[p] < (is_sure[p] ? SURE_GAIN : level_gain[l]) * cost[p] &&
 				              other_left[p] <= left[p] + LOSS_MOST * part_area[p];
 			for (size_t t = 0; t < f->triangle_count; t++)
 				if (is_taken[f->smooth_part[t]])
@@ -302,4 +305,5 @@ void segment_primitives(struct regions *r, const struct primitives_options *opti
 	free(part_triangles);
 	free(is_taken);
 	free(is_sure);
+	free(is_open);
 }
