@@ -42,6 +42,11 @@ struct cycle {
 	size_t *corner_start;   /* wedge_count + 1 */
 	idx_t *corner;          /* half-edges that leave the vertex in the wedge */
 	unsigned char *is_bent; /* a wedge: its smooth component has bent edges */
+	double *height;         /* a triangle: over its longest edge */
+	unsigned char *bends;   /* a triangle: an edge of it is bent */
+	struct ball_plane *plane; /* a triangle */
+	idx_t *edge;            /* a half-edge: index of its edge below; NO_INDEX for stops */
+	double *along;          /* 6 an edge: its unit direction; the unit mean of the normals beside it, or 0 */
 };
 
 struct sum {
@@ -130,10 +135,73 @@ static void wedge_normal(double out[3], const struct cycle *cycle, size_t wedge)
 	out[2] = 1;
 }
 
-static int compare_doubles(const void *a, const void *b)
+/* What would be at place k if the values were sorted (Hoare's selection; they are moved about). */
+static double in_order(double *value, size_t count, size_t k)
 {
-	const double p = *(const double *)a, q = *(const double *)b;
-	return (p > q) - (p < q);
+	ptrdiff_t low = 0, high = (ptrdiff_t)count - 1, want = (ptrdiff_t)k;
+	while (low < high) {
+		const double pivot = value[low + (high - low) / 2];
+		ptrdiff_t i = low, j = high;
+		while (i <= j) {
+			while (value[i] < pivot)
+				i++;
+			while (pivot < value[j])
+				j--;
+			if (i <= j) {
+				const double swap = value[i];
+				value[i++] = value[j];
+				value[j--] = swap;
+			}
+		}
+		if (want <= j)
+			high = j;
+		else if (want >= i)
+			low = i;
+		else
+			break;
+	}
+	return value[k];
+}
+
+/* What every ball that meets a triangle or an edge asks of it. */
+static void measure_mesh(struct cycle *cycle)
+{
+	const struct normalcycle_mesh *m = cycle->mesh;
+	const struct half *half = m->half;
+	const ptrdiff_t faces = (ptrdiff_t)half->face_count;
+	size_t edges = 0;
+	cycle->height = mem_array(half->face_count, sizeof *cycle->height);
+	cycle->bends = mem_array(half->face_count, 1);
+	cycle->plane = mem_array(half->face_count, sizeof *cycle->plane);
+	cycle->edge = mem_array(half->half_count, sizeof *cycle->edge);
+	for (size_t h = 0; h < half->half_count; h++)
+		if (m->stop[h])
+			cycle->edge[h] = NO_INDEX;
+		else
+			cycle->edge[h] = (idx_t)h < half->twin[h] ? (idx_t)edges++ : cycle->edge[half->twin[h]];
+	cycle->along = mem_array(6 * edges, sizeof *cycle->along);
+#pragma omp parallel for schedule(static)
+	for (ptrdiff_t t = 0; t < faces; t++) {
+		double longest = 0, normal[3];
+		for (idx_t h = 3 * (idx_t)t; h < 3 * (idx_t)t + 3; h++) {
+			longest = fmax(longest, distance3(at(m, h), at(m, half->next[h])));
+			if (m->stop[h])
+				continue;
+			cycle->bends[t] |= fabs(m->bend[h]) > BENT_RAD;
+			if (h > half->twin[h])
+				continue;
+			double *e = cycle->along + 6 * (size_t)cycle->edge[h], *between = e + 3;
+			sub3(e, at(m, half->next[h]), at(m, h));
+			normalise3(e);
+			for (int i = 0; i < 3; i++)
+				between[i] = m->normal[3 * t + i] + m->normal[3 * half->face[half->twin[h]] + i];
+			if (!(normalise3(between) > 1e-3) || cycle->options->no_rotation)
+				memset(between, 0, 3 * sizeof *between);
+		}
+		area_vector3(normal, at(m, 3 * (idx_t)t), at(m, 3 * (idx_t)t + 1), at(m, 3 * (idx_t)t + 2));
+		ball_plane(&cycle->plane[t], at(m, 3 * (idx_t)t), at(m, 3 * (idx_t)t + 1), at(m, 3 * (idx_t)t + 2));
+		cycle->height[t] = longest > 0 ? norm3(normal) / longest : 0;
+	}
 }
 
 /* Width of the facets near a wedge: the median height of the bent triangles (of all, where none is bent) over their longest
@@ -158,28 +226,21 @@ static double facet_width(const struct cycle *cycle, struct scratch *scratch, si
 			ring_end = tail;
 		}
 		const idx_t t = scratch->queue[i];
-		double longest = 0, normal[3];
-		bool is_bent = false;
-		for (idx_t h = 3 * t; h < 3 * t + 3; h++) {
-			longest = fmax(longest, distance3(at(m, h), at(m, half->next[h])));
+		for (idx_t h = 3 * t; h < 3 * t + 3 && ring < WIDTH_RINGS && tail < WIDTH_LIMIT; h++) {
 			if (m->stop[h])
 				continue;
-			is_bent = is_bent || fabs(m->bend[h]) > BENT_RAD;
 			const idx_t other = half->face[half->twin[h]];
-			if (ring < WIDTH_RINGS && tail < WIDTH_LIMIT && scratch->stamp[other] != scratch->now) {
+			if (scratch->stamp[other] != scratch->now) {
 				scratch->stamp[other] = scratch->now;
 				scratch->queue[tail++] = other;
 			}
 		}
-		area_vector3(normal, at(m, 3 * t), at(m, 3 * t + 1), at(m, 3 * t + 2));
-		const double height = longest > 0 ? norm3(normal) / longest : 0;
-		width[0][count[0]++] = height;
-		if (is_bent)
-			width[1][count[1]++] = height;
+		width[0][count[0]++] = cycle->height[t];
+		if (cycle->bends[t])
+			width[1][count[1]++] = cycle->height[t];
 	}
 	const int which = count[1] > 0;
-	qsort(width[which], count[which], sizeof width[which][0], compare_doubles);
-	return width[which][count[which] / 2];
+	return in_order(width[which], count[which], count[which] / 2);
 }
 
 /* Turn unit e by the smallest rotation that takes unit from to unit to. */
@@ -200,15 +261,13 @@ static void add_edge(struct sum *sum, const struct cycle *cycle, idx_t h, double
 {
 	const struct normalcycle_mesh *m = cycle->mesh;
 	const double bend = m->bend[h];
-	double e[3], between[3];
+	const double *along = cycle->along + 6 * (size_t)cycle->edge[h];
+	double e[3];
 	if (fabs(bend) > BENT_RAD)
 		sum->bent++;
-	sub3(e, at(m, m->half->next[h]), at(m, h));
-	normalise3(e);
-	for (int i = 0; i < 3; i++)
-		between[i] = m->normal[3 * m->half->face[h] + i] + m->normal[3 * m->half->face[m->half->twin[h]] + i];
-	if (!cycle->options->no_rotation && normalise3(between) > 1e-3)
-		rotate(e, between, normal);
+	copy3(e, along);
+	if (along[3] != 0 || along[4] != 0 || along[5] != 0)
+		rotate(e, along + 3, normal);
 	const double weight = bend * length;
 	sum->tensor[0] += weight * e[0] * e[0];
 	sum->tensor[1] += weight * e[0] * e[1];
@@ -238,7 +297,7 @@ static struct sum ball_sum(const struct cycle *cycle, struct scratch *scratch, s
 	const size_t own = tail;
 	for (size_t i = 0; i < tail; i++) {
 		const idx_t t = scratch->queue[i];
-		sum.area += ball_triangle(centre, radius, at(m, 3 * t), at(m, 3 * t + 1), at(m, 3 * t + 2));
+		sum.area += ball_triangle_in(centre, radius, &cycle->plane[t], at(m, 3 * t), at(m, 3 * t + 1), at(m, 3 * t + 2));
 		for (idx_t h = 3 * t; h < 3 * t + 3; h++) {
 			if (m->stop[h])
 				continue;
@@ -460,13 +519,14 @@ static void scratch_free(struct scratch *scratch)
 
 void normalcycle_tensors(struct normalcycle_result *result, const struct normalcycle_mesh *mesh, const struct normalcycle_options *options)
 {
-	struct cycle cycle = {mesh, options, NULL, NULL, NULL};
+	struct cycle cycle = {.mesh = mesh, .options = options};
 	const ptrdiff_t count = (ptrdiff_t)mesh->wedge_count;
 	const size_t face_count = mesh->half->face_count;
 	double *radius = mem_array(mesh->wedge_count, sizeof *radius);
 	unsigned char *is_set = mem_array(mesh->wedge_count, 1);
 	collect_corners(&cycle);
 	find_bent_components(&cycle);
+	measure_mesh(&cycle);
 #pragma omp parallel
 	{
 		struct scratch scratch;
@@ -494,6 +554,11 @@ void normalcycle_tensors(struct normalcycle_result *result, const struct normalc
 	free(cycle.corner_start);
 	free(cycle.corner);
 	free(cycle.is_bent);
+	free(cycle.height);
+	free(cycle.bends);
+	free(cycle.plane);
+	free(cycle.edge);
+	free(cycle.along);
 	free(radius);
 	free(is_set);
 }
