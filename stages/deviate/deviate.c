@@ -83,6 +83,7 @@ static void print_side(FILE *file, const char *name, const struct deviation_side
 	fprintf(file, "%s_normal_p95_deg=%.6g\n", name, side->normal_p95_deg);
 	fprintf(file, "%s_normal_max_deg=%.6g\n", name, side->normal_max_deg);
 	fprintf(file, "%s_turned_share=%.6g\n", name, side->turned_share);
+	fprintf(file, "%s_folded_share=%.6g\n", name, side->folded_share);
 }
 
 static void print_point(FILE *file, const char *name, const double point[3])

@@ -50,6 +50,30 @@ static double normal_turn_deg(const struct nearest *to, const double p[3], const
 	return agreement.triangle == NO_INDEX ? 0 : angle3(normal, nearest_normal(to, agreement.triangle)) * DEGREES;
 }
 
+static void triangle_normal(double normal[3], const struct deviation_surface *surface, idx_t triangle)
+{
+	const idx_t *corner = surface->triangle + 3 * (size_t)triangle;
+	area_vector3(normal, surface->xyz + 3 * (size_t)corner[0], surface->xyz + 3 * (size_t)corner[1], surface->xyz + 3 * (size_t)corner[2]);
+	normalise3(normal);
+}
+
+/* Share of the samples that are turned (by turn_deg) even from the faces that are up to slack farther than the nearest one. */
+static double folded_share(const double *point, const idx_t *triangle, const double *turn_deg, size_t count, const struct deviation_surface *from,
+                           const struct nearest *to, double slack)
+{
+	size_t folded = 0;
+#pragma omp parallel for schedule(dynamic, 512) reduction(+ : folded)
+	for (size_t i = 0; i < count; i++) {
+		if (!(turn_deg[i] > 90))
+			continue;
+		double normal[3];
+		triangle_normal(normal, from, triangle[i]);
+		const struct nearest_filter filter = {.normal = normal, .least_dot = 0, .reach = 1, .slack = slack};
+		folded += !(dot3(nearest_point(to, point + 3 * i, INFINITY, &filter).normal, normal) > 0);
+	}
+	return (double)folded / (double)count;
+}
+
 static int compare_doubles(const void *a, const void *b)
 {
 	const double x = *(const double *)a, y = *(const double *)b;
@@ -179,10 +203,8 @@ bool deviation_one_way(struct deviation_side *out, const struct deviation_surfac
 		const struct foot foot = nearest_point(to, p, INFINITY, NULL);
 		distance[i] = foot.distance;
 		if (i < n) {
-			const idx_t *corner = from->triangle + 3 * (size_t)triangle[i];
 			double normal[3];
-			area_vector3(normal, from->xyz + 3 * (size_t)corner[0], from->xyz + 3 * (size_t)corner[1], from->xyz + 3 * (size_t)corner[2]);
-			normalise3(normal);
+			triangle_normal(normal, from, triangle[i]);
 			turn[i] = normal_turn_deg(to, p, &foot, normal, tie);
 		}
 	}
@@ -217,6 +239,7 @@ bool deviation_one_way(struct deviation_side *out, const struct deviation_surfac
 	out->p50 = percentile(distance, n, 0.5);
 	out->p95 = percentile(distance, n, 0.95);
 	out->p99 = percentile(distance, n, 0.99);
+	out->folded_share = folded_share(point, triangle, turn, n, from, to, out->p95 + tie);
 	qsort(turn, n, sizeof *turn, compare_doubles);
 	out->normal_p95_deg = percentile(turn, n, 0.95);
 	out->normal_max_deg = turn[n - 1];
@@ -258,6 +281,7 @@ static void combine(struct deviation_side *both, const struct deviation_side *ab
 	both->normal_p95_deg = fmax(ab->normal_p95_deg, ba->normal_p95_deg);
 	both->normal_max_deg = fmax(ab->normal_max_deg, ba->normal_max_deg);
 	both->turned_share = fmax(ab->turned_share, ba->turned_share);
+	both->folded_share = fmax(ab->folded_share, ba->folded_share);
 }
 
 bool deviation_measure(struct deviation *out, const struct deviation_surface *a, const struct deviation_surface *b,

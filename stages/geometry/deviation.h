@@ -29,6 +29,10 @@ struct deviation_side {
 	double mean, rms, p50, p95, p99, max;   /* model units */
 	double normal_mean_deg, normal_rms_deg, normal_p95_deg, normal_max_deg; /* [0, 180] */
 	double turned_share;    /* share of the area whose normal is turned by more than 90 degrees, [0, 1] */
+	/* Of that, what is turned from every face at most p95 farther than the nearest one. Beside edges that bend by 90 degrees and more the nearest
+	 * face is the one beyond the edge, where the edges of the two surfaces are a little apart: a strip as wide as the error is turned there,
+	 * though nothing is folded. */
+	double folded_share;
 	double worst[3];        /* the point of the maximum, on the sampled surface */
 	double worst_foot[3];   /* and its nearest point on the other one */
 };

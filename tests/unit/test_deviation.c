@@ -77,6 +77,7 @@ static void parallel_plates(void **state)
 	assert_near(d.both.normal_mean_deg, 180, 1e-9);
 	assert_near(d.both.normal_p95_deg, 180, 1e-9);
 	assert_near(d.both.turned_share, 1, 0);
+	assert_near(d.both.folded_share, 1, 0); /* there is no other face */
 }
 
 static void turned_part_of_a_plate(void **state)
@@ -89,7 +90,26 @@ static void turned_part_of_a_plate(void **state)
 	make_plate(a, 0, 0);
 	const struct deviation d = measure(a, 4, plate_triangle, 2, a, 4, half_turned, 2);
 	assert_near(d.ab.turned_share, 0.5, 1e-4);
+	assert_near(d.ab.folded_share, 0.5, 1e-4); /* the error is 0, and the good half no nearer by it */
 	assert_near(d.both.max, 0, 1e-15);
+}
+
+static void edge_beside_an_edge(void **state)
+{
+	(void)state;
+	/* A ridge of 60 degrees between two faces of unit length, and the same one a hundredth to the right. Its left face lies
+	 * e cos 30 inside the first one's, and crosses the right one s = e from the top (s along the face): the right face is nearer for s < 2 e.
+	 * That strip is turned by 120 degrees, two hundredths of the half of the area that is left; the left face is hardly farther,
+	 * so nothing is folded. */
+	const double e = 0.01, x = 0.5, z = -sqrt(3) / 2;
+	double a[18] = {0, 0, 0, 0, 1, 0, -x, 0, z, -x, 1, z, x, 0, z, x, 1, z}, b[18];
+	const idx_t ridge[12] = {0, 1, 3, 0, 3, 2, 1, 0, 4, 1, 4, 5};
+	for (int i = 0; i < 18; i++)
+		b[i] = a[i] + (i % 3 == 0 ? e : 0);
+	const struct deviation d = measure(a, 6, ridge, 4, b, 6, ridge, 4);
+	assert_near(d.ba.turned_share, e, 0.2 * e);
+	assert_near(d.ba.folded_share, 0, 0);
+	assert_near(d.both.folded_share, 0, 0);
 }
 
 static void cube_in_cube(void **state)
@@ -397,6 +417,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(parallel_plates),
 		cmocka_unit_test(turned_part_of_a_plate),
+		cmocka_unit_test(edge_beside_an_edge),
 		cmocka_unit_test(cube_in_cube),
 		cmocka_unit_test(maximum_between_the_samples),
 		cmocka_unit_test(far_away_and_scaled),
