@@ -73,7 +73,7 @@ BEGIN {
 	print "td, th { padding: 1px 6px; border: 1px solid #ddd; text-align: right; white-space: nowrap } td:first-child { text-align: left }"
 	print "figure { display: inline-block; margin: 6px } svg { font-size: 10px } .grid { stroke: #ddd } .trial { fill: #bbb } .best { fill: #c50 } .ours { fill: #06c }"
 	print "tr.larger { background: #fdd }</style></head><body>"
-	print "<p>Ours against edge collapse (Lindstrom and Turk) and Draco, whole files, measured against the part. peer: its smallest file with a mean error no larger than ours; both: with a maximum no larger than ours as well; same: its best normals in a file no larger than ours. Errors in thousandths of the longest side, normals in degrees, a dash where no such file was found. ratio: our bytes over the peer's. peer_triangles_our_coder: bytes of the peer's triangles, on the same grid, in our coder.</p><table>"
+	print "<p>Ours against edge collapse (Lindstrom and Turk) and Draco, whole files, measured against the part. peer: its smallest file with a mean error no larger than ours; both: with a maximum no larger than ours as well; same: its best normals in a file no larger than ours. Errors in thousandths of the longest side, normals in degrees, a dash where there is no such file with up to three vertices to each of our bytes. ratio: our bytes over the peer's. peer_triangles_our_coder: bytes of the peer's triangles, on the same grid, in our coder.</p><table>"
 }
 {
 	printf "<tr%s>", (NR > 1 && $16 != "-" && $16 > 1 ? " class=\"larger\"" : "")

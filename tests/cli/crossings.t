@@ -29,6 +29,7 @@ is '0 0 0' "$(pairs single apart)" 'two tetrahedra apart'
 # The second one sticks through the slanted side of the first with its three upright sides.
 off through "$tetrahedron .1 .1 .1,1.1 .1 .1,.1 1.1 .1,.1 .1 1.1," "$sides$more"
 is '0 3 3' "$(pairs single through)" 'two tetrahedra through each other: three sides cross one'
+is 0 "$(value b_in_plane out)" '... none in one plane'
 is '3 3 0' "$(pairs through through)" 'nothing is new where the part crosses itself in the same place'
 off touching "$tetrahedron .3 .3 0,1.3 .3 -1,.3 1.3 -1,.3 .3 -1," "$sides$more"
 "$crossings" single.off touching.off > out
@@ -43,6 +44,7 @@ off folded "$plane .3 .5 0," '0 1 2,1 0 3,'
 is '0 1 1' "$(pairs flat folded)" 'one folded flat onto the other'
 is 1 "$(value b_share out)" '... with all their area'
 off ajar "$plane .3 .5 .001," '0 1 2,1 0 3,'
+is 1 "$(value b_in_plane out)" '... in one plane'
 is '0 0 0' "$(pairs flat ajar)" 'nearly folded'
 off pierced "$plane .5 .5 1,.2 .2 -1," '0 1 2,0 3 4,'
 is '0 1 1' "$(pairs flat pierced)" 'a shared corner, and one through the other'
