@@ -94,31 +94,40 @@ static void print_point(FILE *file, const char *name, const double point[3])
 static void print_creases(FILE *file, const struct trimesh surface[2], const struct options *opt, double side)
 {
 	static const char *const name[3] = {"ab", "ba", "sym"};
-	struct creases creases[2];
+	/* A sharp edge that comes back a little blunter was found again all the same: what it is compared with may bend half as much. */
+	struct creases creases[2], blunter[2];
 	struct crease_distance distance[3];
 	for (int i = 0; i < 2; i++) {
 		creases_find(&creases[i], surface[i].mesh.xyz, surface[i].triangle, surface[i].triangle_count, opt->sharp_deg);
+		creases_find(&blunter[i], surface[i].mesh.xyz, surface[i].triangle, surface[i].triangle_count, opt->sharp_deg / 2);
 		fprintf(file, "%c_sharp_length=%.9g\n", "ab"[i], creases[i].length);
 	}
-	if (creases[0].count > 0 && creases[1].count > 0) {
-		for (int i = 0; i < 2; i++)
+	bool is_known[2];
+	for (int i = 0; i < 2; i++) {
+		is_known[i] = creases[i].count > 0 && blunter[1 - i].count > 0;
+		if (is_known[i])
 			creases_distance(&distance[i], surface[i].mesh.xyz, &creases[i], surface[1 - i].mesh.xyz, surface[1 - i].mesh.vertex_count,
-			                 &creases[1 - i], opt->measure.samples / 10);
+			                 &blunter[1 - i], opt->measure.samples / 10);
+	}
+	if (is_known[0] && is_known[1]) {
 		distance[2].mean = (distance[0].mean + distance[1].mean) / 2;
 		distance[2].rms = hypot(distance[0].rms, distance[1].rms) / M_SQRT2;
 		distance[2].p99 = fmax(distance[0].p99, distance[1].p99);
 		distance[2].max = fmax(distance[0].max, distance[1].max);
-		for (int i = 0; i < 3; i++) {
+	}
+	for (int i = 0; i < 3; i++)
+		if (i < 2 ? is_known[i] : is_known[0] && is_known[1]) {
 			fprintf(file, "%s_sharp_mean_side=%.9g\n", name[i], distance[i].mean / side);
 			fprintf(file, "%s_sharp_rms_side=%.9g\n", name[i], distance[i].rms / side);
 			fprintf(file, "%s_sharp_p99_side=%.9g\n", name[i], distance[i].p99 / side);
 			fprintf(file, "%s_sharp_max_side=%.9g\n", name[i], distance[i].max / side);
 		}
-		print_point(file, "ab_sharp_max_at", distance[0].worst);
-		print_point(file, "ba_sharp_max_at", distance[1].worst);
+	for (int i = 0; i < 2; i++) {
+		if (is_known[i])
+			print_point(file, i ? "ba_sharp_max_at" : "ab_sharp_max_at", distance[i].worst);
+		creases_free(&creases[i]);
+		creases_free(&blunter[i]);
 	}
-	creases_free(&creases[0]);
-	creases_free(&creases[1]);
 }
 
 static bool exceeds(struct tool_length bound, double value, double side)
