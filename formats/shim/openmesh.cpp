@@ -9,6 +9,7 @@
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized" /* OpenMesh's vectors have no initial value, and are copied so */
 #endif
 
+#include <algorithm>
 #include <cfloat>
 #include <cmath>
 #include <cstdio>
@@ -48,7 +49,65 @@ struct DoubleTraits : DefaultTraits {
 	typedef Vec3d Normal;
 };
 typedef PolyMesh_ArrayKernelT<DoubleTraits> Poly;
-typedef TriMesh_ArrayKernelT<DoubleTraits> Tri;
+
+/* Triangles whose questions asked most are answered here, in line: the library's own answers look up properties by name. */
+struct Tri : TriMesh_ArrayKernelT<DoubleTraits> {
+	HalfedgeHandle next_outgoing(HalfedgeHandle h) const { return next_halfedge_handle(opposite_halfedge_handle(h)); }
+	HalfedgeHandle find_halfedge(VertexHandle from, VertexHandle to) const
+	{
+		const HalfedgeHandle first = halfedge_handle(from);
+		HalfedgeHandle h = first;
+		if (h.is_valid())
+			do {
+				if (to_vertex_handle(h) == to)
+					return h;
+				h = next_outgoing(h);
+			} while (h != first);
+		return HalfedgeHandle();
+	}
+	/* May v0 go to v1 and leave a manifold? The link condition (Dey and others 1999), with borders. */
+	bool is_collapse_ok(HalfedgeHandle v0v1)
+	{
+		const HalfedgeHandle v1v0 = opposite_halfedge_handle(v0v1);
+		const VertexHandle v0 = to_vertex_handle(v1v0), v1 = to_vertex_handle(v0v1);
+		if (status(edge_handle(v0v1)).deleted() || status(v0).deleted() || status(v1).deleted())
+			return false;
+		VertexHandle tip[2];
+		int i = 0;
+		for (auto side : {v0v1, v1v0}) {
+			if (!is_boundary(side)) {
+				const HalfedgeHandle h1 = next_halfedge_handle(side), h2 = next_halfedge_handle(h1);
+				if (is_boundary(opposite_halfedge_handle(h1)) && is_boundary(opposite_halfedge_handle(h2)))
+					return false;
+				tip[i] = to_vertex_handle(h1);
+			}
+			i++;
+		}
+		if (tip[0] == tip[1])
+			return false;
+		if (mark_.size() != n_vertices())
+			mark_.assign(n_vertices(), 0);
+		if (++now_ == 0) {
+			std::fill(mark_.begin(), mark_.end(), 0);
+			now_ = 1;
+		}
+		HalfedgeHandle h = v1v0;
+		do
+			mark_[size_t(to_vertex_handle(h).idx())] = now_;
+		while ((h = next_outgoing(h)) != v1v0);
+		h = v0v1;
+		do {
+			const VertexHandle v = to_vertex_handle(h);
+			if (mark_[size_t(v.idx())] == now_ && v != tip[0] && v != tip[1])
+				return false;
+		} while ((h = next_outgoing(h)) != v0v1);
+		return is_boundary(v0v1) || is_boundary(v1v0) || !is_boundary(v0) || !is_boundary(v1);
+	}
+
+      private:
+	std::vector<unsigned> mark_;
+	unsigned now_ = 0;
+};
 
 /* Priority and limits of a collapse. Two quadrics a vertex (Garland and Heckbert 1997), both as weighted means so that
  * they are squared distances: to the planes of the triangles, weighted by area; and, for border and feature edges, to the planes
@@ -111,17 +170,21 @@ template <class MeshT> class ModPlaneDistanceT : public Decimater::ModBaseT<Mesh
 		for (auto tip : {ci.vl, ci.vr})
 			if (tip.is_valid() && is_chain(mesh.find_halfedge(ci.v0, tip)))
 				return float(Base::ILLEGAL_COLLAPSE);
-		for (auto f : mesh.vf_range(ci.v0)) {
-			if (f == ci.fl || f == ci.fr)
+		auto out = ci.v0v1;
+		while ((out = mesh.next_outgoing(out)) != ci.v0v1) {
+			const auto f = mesh.face_handle(out);
+			if (!f.is_valid() || f == ci.fl || f == ci.fr)
 				continue;
 			Vec3d corner[3], before, after;
-			int i = 0;
-			for (auto v : mesh.fv_range(f))
-				corner[i++] = mesh.point(v);
+			auto h = mesh.halfedge_handle(f);
+			int moved = 0;
+			for (int i = 0; i < 3; i++, h = mesh.next_halfedge_handle(h)) {
+				corner[i] = mesh.point(mesh.to_vertex_handle(h));
+				if (mesh.to_vertex_handle(h) == ci.v0)
+					moved = i;
+			}
 			before = (corner[1] - corner[0]) % (corner[2] - corner[0]);
-			i = 0;
-			for (auto v : mesh.fv_range(f))
-				corner[i++] = v == ci.v0 ? ci.p1 : mesh.point(v);
+			corner[moved] = ci.p1;
 			after = (corner[1] - corner[0]) % (corner[2] - corner[0]);
 			const double scale = before.norm() * after.norm();
 			/* No triangle may become a line: its edges would come to lie on each other. */
