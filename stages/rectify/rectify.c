@@ -3,6 +3,7 @@
  * Label energy by minimum cuts, contour tracking on request; see rectify(1) and cagewright-dense(5). */
 #include "formats/dense.h"
 #include "formats/mesh.h"
+#include "stages/geometry/patchsummary.h"
 #include "stages/geometry/primitive.h"
 #include "stages/geometry/vector.h"
 #include "stages/rectify/rectification.h"
@@ -42,6 +43,21 @@ static struct options parse_options(int argc, char **argv)
 	const int first = tool_options(argc, argv, usage, table, &opt.common, 0, 1);
 	opt.in = first < argc ? argv[first] : NULL;
 	return opt;
+}
+
+static void report_summary(const struct dense *dense)
+{
+	struct patch_summary s;
+	struct fault fault = {0};
+	if (!tool_is_verbose() || !patch_summarise(&s, dense, &fault))
+		return;
+	tool_say("curves between them: %zu sharp, %zu smooth, %zu border, with %zu nodes", s.curves[CURVE_SHARP], s.curves[CURVE_SMOOTH], s.curves[CURVE_BORDER],
+	         s.nodes);
+	tool_say("border loops: %zu in all, most of them %zu of patch %d; %zu closed patches, %zu with handles (%ld)", s.loops, s.most_loops_count,
+	         (int)s.most_loops, s.closed, s.handled, s.genus);
+	if (s.worst != NO_INDEX)
+		tool_say("worst patch: %d, a %s, with a vertex %.3g off it at %.6g %.6g %.6g", (int)s.worst, primitive_kind_name[dense->patch[s.worst].kind],
+		         s.worst_distance, s.worst_at[0], s.worst_at[1], s.worst_at[2]);
 }
 
 static void report(const struct dense *dense, const struct rectification_counts *c, const struct options *opt)
@@ -85,6 +101,7 @@ int main(int argc, char **argv)
 	if (!rectification(&dense, &counts, &how, shown, &fault))
 		tool_fail(&fault);
 	report(&dense, &counts, &opt);
+	report_summary(&dense);
 	if (counts.cut.unsolved > 0)
 		tool_warn("%s: %zu patches are still closed or have handles", shown, counts.cut.unsolved);
 	if (dense.edge_count != edges_before)

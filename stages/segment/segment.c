@@ -6,6 +6,8 @@
 
 #include "formats/dense.h"
 #include "formats/number.h"
+#include "stages/geometry/patchsummary.h"
+#include "stages/geometry/primitive.h"
 #include "stages/segment/region_tidy.h"
 #include "stages/segment/segment_classic.h"
 #include "stages/segment/segment_primitives.h"
@@ -59,6 +61,21 @@ static void report_patches(const struct regions *r)
 		if (count[k])
 			tool_say("%zu %s, %.2f %% of the area", count[k], primitive_kind_name[k], 100 * area[k] / r->facets->total_area);
 	tool_say("%zu patches", r->count);
+}
+
+static void report_summary(const struct dense *dense)
+{
+	struct patch_summary s;
+	struct fault fault = {0};
+	if (!tool_is_verbose() || !patch_summarise(&s, dense, &fault))
+		return;
+	tool_say("curves between them: %zu sharp, %zu smooth, %zu border, with %zu nodes", s.curves[CURVE_SHARP], s.curves[CURVE_SMOOTH], s.curves[CURVE_BORDER],
+	         s.nodes);
+	tool_say("border loops: %zu in all, most of them %zu of patch %d; %zu closed patches, %zu with handles (%ld)", s.loops, s.most_loops_count,
+	         (int)s.most_loops, s.closed, s.handled, s.genus);
+	if (s.worst != NO_INDEX)
+		tool_say("worst patch: %d, a %s, with a vertex %.3g off it at %.6g %.6g %.6g", (int)s.worst, primitive_kind_name[dense->patch[s.worst].kind],
+		         s.worst_distance, s.worst_at[0], s.worst_at[1], s.worst_at[2]);
 }
 
 static void by_surfaces(struct regions *r, const struct dense *dense, const struct options *opt, const struct classic_options *classic)
@@ -127,6 +144,7 @@ int main(int argc, char **argv)
 		facets_to_model(&facets, &dense.patch[i]);
 		dense.patch[i].parent = (idx_t)i;
 	}
+	report_summary(&dense);
 	dense_labels_to_ply(&ply, &dense);
 	regions_free(&regions);
 	facets_free(&facets);
