@@ -1,16 +1,20 @@
 /* render: any file of the project or a foreign mesh in, a PNG picture out.
  *
  * Orthographic, flat light, drawn in software by OSMesa: the same file gives the same picture. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "formats/mesh.h"
 #include "formats/number.h"
+#include "stages/geometry/vector.h"
 #include "stages/render/legend.h"
 #include "stages/render/picture.h"
 #include "stages/render/raster.h"
 #include "stages/render/show.h"
 #include "stages/tool/tool.h"
+
+#define WORST_ZOOM 4 /* the worst place and a quarter of the part around it */
 
 struct options {
 	const char *path;
@@ -18,12 +22,14 @@ struct options {
 	struct show_options show;
 	struct tool_length range;   /* top of the deviation scale; value 0: the largest */
 	struct view view;
+	bool is_worst;              /* the view is of the worst place */
+	bool has_zoom;
 	struct tool_common common;
 };
 
 static const char usage[] =
 	"usage: render [-qv] [--colour how] [--against mesh] [--range length] [--edges]\n"
-	"              [--level n] [--view azimuth,elevation] [--zoom factor]\n"
+	"              [--level n] [--view azimuth,elevation|worst] [--zoom factor]\n"
 	"              [--centre x,y,z] [--size widthxheight] [-o file] [file]\n";
 
 /* Numbers with a separator between them, each within its range. */
@@ -49,7 +55,7 @@ static enum colouring parse_colouring(const char *text)
 
 static struct options parse_options(int argc, char **argv)
 {
-	struct options opt = {.view = {.azimuth_deg = -60, .elevation_deg = 25, .width = 800, .height = 600, .zoom = 1}};
+	struct options opt = {.view = {.azimuth_deg = -60, .elevation_deg = 25, .width = 800, .height = 600, .zoom = 0}};
 	const char *colour = "auto", *view = NULL, *size = NULL, *centre = NULL;
 	const struct tool_option table[] = {
 		{"colour", 0, TOOL_TEXT, &colour, 0, 0},
@@ -67,7 +73,10 @@ static struct options parse_options(int argc, char **argv)
 	opt.path = first < argc ? argv[first] : NULL;
 	opt.show.colouring = parse_colouring(colour);
 	double pair[2];
-	if (view != NULL) {
+	opt.has_zoom = opt.view.zoom > 0;
+	if (view != NULL && strcmp(view, "worst") == 0) {
+		opt.is_worst = true;
+	} else if (view != NULL) {
 		if (!parse_numbers(pair, 2, view, ',', (const double[]){-360, -90}, (const double[]){360, 90}))
 			tool_die(EX_BAD_USAGE, "--view: '%s' is not azimuth,elevation within +-360 and +-90 degrees", view);
 		opt.view.azimuth_deg = pair[0];
@@ -88,7 +97,24 @@ static struct options parse_options(int argc, char **argv)
 	}
 	if (opt.show.colouring == COLOUR_DEVIATION && opt.against == NULL)
 		tool_die(EX_BAD_USAGE, "--colour deviation needs --against");
+	if (opt.is_worst && opt.show.colouring != COLOUR_DEVIATION)
+		tool_die(EX_BAD_USAGE, "--view worst needs --colour deviation");
 	return opt;
+}
+
+/* Look at the worst place from where its surface faces. */
+static void aim_at(struct view *view, const struct show_worst *worst, bool has_zoom)
+{
+	const double *n = worst->normal;
+	/* of a surface that faces straight up or down, the front is below in the picture */
+	const double level = hypot(n[0], n[1]);
+	view->azimuth_deg = level > 1e-9 ? atan2(n[1], n[0]) * DEGREES : -90;
+	view->elevation_deg = atan2(n[2], level) * DEGREES;
+	if (!view->has_centre)
+		copy3(view->centre, worst->at);
+	view->has_centre = true;
+	if (!has_zoom)
+		view->zoom = WORST_ZOOM;
 }
 
 static void read_surface(struct trimesh *surface, const char *path)
@@ -105,6 +131,7 @@ int main(int argc, char **argv)
 {
 	tool_init("render");
 	const struct options opt = parse_options(argc, argv);
+	struct view view = opt.view;
 	struct fault fault = {0};
 	struct input input;
 	struct scene scene = {0};
@@ -116,15 +143,23 @@ int main(int argc, char **argv)
 		const double side = mesh_bounds(against.mesh.xyz, against.mesh.vertex_count, NULL, NULL);
 		const double top = opt.range.value > 0 ? tool_length_in_units(opt.range, side) : 0;
 		if (opt.show.colouring == COLOUR_DEVIATION) {
-			if (!show_deviation(&scene, &against, top, &fault))
+			struct show_worst worst;
+			if (!show_deviation(&scene, &against, top, &worst, &fault))
 				tool_die(fault.code, "%s: %s", input.shown, fault.text);
+			tool_say("largest distance %.4g (%.4g %% of the longest side) at %.6g %.6g %.6g, on %s", worst.distance, 100 * worst.distance / side,
+			         worst.at[0], worst.at[1], worst.at[2], worst.is_missing ? opt.against : input.shown);
+			tool_say("mean distance over the corners of what is drawn: %.4g (%.4g %%)", worst.mean, 100 * worst.mean / side);
+			if (opt.is_worst)
+				aim_at(&view, &worst, opt.has_zoom);
 		} else if (scene.triangle_count == 0) {
 			show_ghost(&scene, &against);
 		}
 		trimesh_free(&against);
 	}
+	tool_say("%zu triangles, %zu lines, %zu dots, from azimuth %.4g, elevation %.4g, zoom %.4g", scene.triangle_count, scene.line_count, scene.dot_count,
+	         view.azimuth_deg, view.elevation_deg, fmax(1, view.zoom));
 	unsigned char *rgb;
-	if (!raster_draw(&rgb, &scene, &opt.view, &fault))
+	if (!raster_draw(&rgb, &scene, &view, &fault))
 		tool_fail(&fault);
 	legend_draw(rgb, opt.view.width, opt.view.height, &scene);
 	struct output output;

@@ -35,9 +35,17 @@ bool show_cage(struct scene *scene, const struct cage *cage, const char *shown, 
 /* A pale surface behind curves: what a network was made from. */
 void show_ghost(struct scene *scene, const struct trimesh *surface);
 
+/* Where two surfaces are farthest apart. */
+struct show_worst {
+	double at[3], normal[3]; /* the point, on the surface that it was found on, and which way that faces there */
+	double distance;         /* model units */
+	double mean;             /* of the shown surface, by the pieces' corners; model units */
+	bool is_missing;         /* found on the other surface: the shown one lacks it */
+};
+
 /* Colour the scene's surface by distance to another one, heat scale from 0 to top (model units; 0: the largest distance found both ways),
  * with a ring at the worst point of both directions; the legend is in % of the other one's longest side. Long triangles are cut
- * first, so that the inside of large flat ones shows too. Faults: a scene without triangles, a surface without size. */
-bool show_deviation(struct scene *scene, const struct trimesh *against, double top, struct fault *fault);
+ * first, so that the inside of large flat ones shows too. worst may be NULL. Faults: a scene without triangles, a surface without size. */
+bool show_deviation(struct scene *scene, const struct trimesh *against, double top, struct show_worst *worst, struct fault *fault);
 
 #endif

@@ -122,7 +122,30 @@ static size_t measure(double *distance, const double *xyz, size_t count, const s
 	return worst;
 }
 
-bool show_deviation(struct scene *scene, const struct trimesh *against, double top, struct fault *fault)
+/* Sum of the area vectors of the triangles with a corner there: which way the surface faces. */
+static void facing(double normal[3], const double at[3], const double *xyz, const idx_t *triangle, size_t count)
+{
+	normal[0] = normal[1] = normal[2] = 0;
+	for (size_t t = 0; t < count; t++) {
+		const double *x[3];
+		bool is_there = false;
+		for (int k = 0; k < 3; k++) {
+			x[k] = xyz + 3 * (size_t)triangle[3 * t + k];
+			is_there = is_there || (x[k][0] == at[0] && x[k][1] == at[1] && x[k][2] == at[2]);
+		}
+		if (!is_there)
+			continue;
+		double area[3];
+		area_vector3(area, x[0], x[1], x[2]);
+		/* equal shares, whatever the size: the eye is to see all sides of an edge */
+		if (normalise3(area) > 0)
+			add_scaled3(normal, 1, area);
+	}
+	if (!(normalise3(normal) > 0))
+		normal[2] = 1;
+}
+
+bool show_deviation(struct scene *scene, const struct trimesh *against, double top, struct show_worst *found, struct fault *fault)
 {
 	const double side = mesh_bounds(against->mesh.xyz, against->mesh.vertex_count, NULL, NULL);
 	if (scene->triangle_count == 0)
@@ -144,6 +167,16 @@ bool show_deviation(struct scene *scene, const struct trimesh *against, double t
 	const double largest = is_missing ? missing[most_missing] : distance[worst];
 	scene_add_dot(scene, is_missing ? against->mesh.xyz + 3 * most_missing : scene->xyz + 3 * worst, (struct colour){190, 0, 190}, 9, true);
 
+	if (found) {
+		*found = (struct show_worst){.distance = largest, .is_missing = is_missing};
+		copy3(found->at, is_missing ? against->mesh.xyz + 3 * most_missing : scene->xyz + 3 * worst);
+		if (is_missing)
+			facing(found->normal, found->at, against->mesh.xyz, against->triangle, against->triangle_count);
+		else
+			facing(found->normal, found->at, scene->xyz, scene->triangle, scene->triangle_count);
+		for (size_t v = 0; v < scene->vertex_count; v++)
+			found->mean += distance[v] / (double)scene->vertex_count;
+	}
 	const double scale = top > 0 ? top : largest;
 	for (size_t c = 0; c < 3 * scene->triangle_count; c++)
 		scene->colour[c] = palette_scale(SCALE_HEAT, scale > 0 ? distance[scene->triangle[c]] / scale : 0);

@@ -57,6 +57,19 @@ ok $? '... the same with one thread'
 "$BIN/render" --colour deviation --against taller.off --range 1% cube.off | cmp -s e.png -
 is 1 $? '--range changes its scale'
 
+# The side at x = 0 bulges by 0.3 in its middle: seen from there, as large as the worst place deserves.
+printf '%s\n' OFF '9 9 0' '0 0 0' '1 0 0' '0 1 0' '1 1 0' '0 0 1' '1 0 1' '0 1 1' '1 1 1' '-0.3 0.5 0.5' \
+	'4 0 2 3 1' '4 4 5 7 6' '4 0 1 5 4' '4 2 6 7 3' '4 1 3 7 5' '3 0 4 8' '3 4 6 8' '3 6 2 8' '3 2 0 8' >bulge.off
+"$BIN/render" -v --view worst --colour deviation --against cube.off bulge.off -o f.png 2>message
+is '0: 800x600' "$?: $(size f.png)" '--view worst'
+is 'render: largest distance 0.3 (30 % of the longest side) at -0.3 0.5 0.5, on bulge.off' "$(head -n 1 message)" '-v says where the worst place is'
+is 'from azimuth 180, elevation 0, zoom 4' "$(sed -n 's/.*\(from azimuth\) -*\(180, elevation\) -*0\(.*\)/\1 \2 0\3/p' message)" '... and it is seen from there'
+"$BIN/render" --view 180,0 --centre -0.3,0.5,0.5 --zoom 4 --colour deviation --against cube.off bulge.off | cmp -s f.png -
+ok $? '... as if asked for in numbers'
+"$BIN/render" -v --view worst --zoom 2 --colour deviation --against bulge.off cube.off -o g.png 2>message
+is 'render: largest distance 0.3 (23.08 % of the longest side) at -0.3 0.5 0.5, on bulge.off' "$(head -n 1 message)" 'what is missing counts as well'
+
+refuses 2 '--view worst needs --colour deviation' --view worst cube.off
 refuses 2 '--colour deviation needs --against' --colour deviation cube.off
 refuses 2 "--colour: 'blue' is not shaded, patch, curvature or deviation" --colour blue cube.off
 refuses 2 "--view: 'top' is not azimuth,elevation within +-360 and +-90 degrees" --view top cube.off

@@ -421,7 +421,13 @@ static void deviation_colours(void **state)
 	struct trimesh against;
 	struct fault fault = {0};
 	assert_true(trimesh_from_mesh(&against, &mesh, "taller.off", &fault));
-	assert_true(show_deviation(&scene, &against, 0, &fault));
+	struct show_worst worst;
+	assert_true(show_deviation(&scene, &against, 0, &worst, &fault));
+	/* both tops are 0.1 away from each other; the worst point is on one of them and faces up, if aslant at its rim */
+	assert_near(worst.distance, 0.1, 1e-12);
+	assert_true(worst.at[2] >= 1 && worst.normal[2] > 0.3);
+	assert_near(norm3(worst.normal), 1, 1e-12);
+	assert_true(worst.mean > 0 && worst.mean < 0.1);
 	assert_true(scene.has_legend);
 	assert_near(scene.legend_high, 100 * 0.1 / 1.1, 1e-9);
 	assert_int_equal(scene.dot_count, 1);
