@@ -80,6 +80,13 @@ static const double *vertex_foot(struct grower *g, const struct dense_patch *pat
 	return foot;
 }
 
+static double squared_distance(const double a[3], const double b[3])
+{
+	double d[3];
+	sub3(d, a, b);
+	return dot3(d, d);
+}
+
 bool grow_explains(struct grower *g, const struct dense_patch *patch, idx_t t, double turn_limit, double *turn)
 {
 	const struct facets *f = g->facets;
@@ -95,7 +102,8 @@ bool grow_explains(struct grower *g, const struct dense_patch *patch, idx_t t, d
 	}
 	for (int i = 0; i < normals && patch->kind != PATCH_PLANE; i++)
 		for (int j = 0; j < i; j++)
-			widest = fmax(widest, distance3(n[i], n[j]));
+			widest = fmax(widest, squared_distance(n[i], n[j]));
+	widest = sqrt(widest);
 	if (turn)
 		*turn = widest;
 	if (widest > turn_limit)
