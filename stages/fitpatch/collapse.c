@@ -10,6 +10,7 @@
 #include "stages/fitpatch/facet.h"
 #include "stages/fitpatch/local.h"
 #include "stages/fitpatch/seam.h"
+#include "stages/fitpatch/touchup.h"
 #include "stages/geometry/vector.h"
 
 /* Distances that are tried, in mean bounds: from the first down by the step, as smooth surfaces are better than the facets that the
@@ -24,6 +25,10 @@ enum { MOST_TRIANGLES = 150000 };
 enum { MOST_WORK = 12000, WORK_WITHIN = 2500, MOST_FACES = 6000 };
 /* A collapsed cage takes the place of one within the bounds below this share of its bytes: points without a pattern cost more. */
 static const double smaller = 0.85;
+/* With folds on more than this share of the area, one without them (less than half) may be larger. */
+static const double seen_folds = 1e-3, larger_unfolded = 1.3;
+/* Or of about the same size, with this share of the mean error. */
+static const double much_closer = 0.7, same_size = 1;
 /* Bytes of a packed point and face, about. */
 static const double point_bytes = 2.3, face_bytes = 0.4;
 
@@ -109,6 +114,14 @@ bool collapse_draft(struct draft *draft, const struct rounds *rounds, double dis
 }
 
 static double bytes_of(const struct draft *draft) { return point_bytes * (double)draft->control.count + face_bytes * (double)draft->polygons.count; }
+
+/* The most bytes of the other cage, in those of the draft, for which it is worth to take the draft's place; both are within the bounds. */
+static double worth(const struct part_state *draft, const struct part_state *other)
+{
+	if (draft->folded > seen_folds && other->folded < draft->folded / 2)
+		return larger_unfolded;
+	return other->mean < much_closer * draft->mean && other->folded <= fmax(draft->folded, seen_folds) ? same_size : smaller;
+}
 
 /* A cage by collapse, fitted; its plane patches get polygons once the points on their borders have found their places. */
 static bool fit_collapsed(struct draft *draft, struct layouts *layouts, struct patch_error *error, const struct rounds *rounds, double distance,
@@ -199,7 +212,7 @@ enum collapse collapse_try(struct draft *draft, struct layouts *layouts, struct 
 {
 	const struct dense *dense = rounds->target->dense;
 	const size_t patches = dense->patch_count, chains = rounds->target->border->chain_count;
-	struct part_state state = rounds_state(error, dense);
+	struct part_state state = rounds_state(error, dense), own_state = state;
 	double least = rounds_badness(&state, &rounds->bounds);
 	bool within = rounds_within(&state, &rounds->bounds);
 	for (size_t i = 0; i < draft->control.count; i++)
@@ -212,7 +225,7 @@ enum collapse collapse_try(struct draft *draft, struct layouts *layouts, struct 
 	size_t work = 0;
 	const size_t most_work = (size_t)(rounds_work_share(dense) * MOST_WORK), within_work = (size_t)(rounds_work_share(dense) * WORK_WITHIN);
 	struct rounds own = *rounds;
-	own.chain_of_curve = own_chain, own.work = &work;
+	own.chain_of_curve = own_chain, own.work = &work, own.most_work = most_work;
 	double distance = first_distance * rounds->bounds.mean;
 	for (int try = 0; try < DISTANCES && dense->triangle_count <= MOST_TRIANGLES && work < (within ? within_work : most_work); try++) {
 		double step = distance_step;
@@ -224,18 +237,19 @@ enum collapse collapse_try(struct draft *draft, struct layouts *layouts, struct 
 		if (fit_collapsed(&other, &other_layouts, other_error, &own, distance, &other_fault)) {
 			state = rounds_state(other_error, dense);
 			if (!rounds_within(&state, &rounds->bounds) && state.mean <= rounds->bounds.mean) {
-				facet_rest(&other, &other_layouts, other_error, &own); /* a few patches spoil it */
+				touch_up(&other, &other_layouts, other_error, &own); /* a few patches spoil it */
+				facet_rest(&other, &other_layouts, other_error, &own);
 				state = rounds_state(other_error, dense);
 			}
 			const double now = rounds_badness(&state, &rounds->bounds);
 			done = rounds_within(&state, &rounds->bounds);
-			take = done && within ? bytes_of(&other) < smaller * bytes_of(draft) : done || (!within && now < least);
+			take = done && within ? bytes_of(&other) < worth(&own_state, &state) * bytes_of(draft) : done || (!within && now < least);
 			rounds->say("by collapse: %zu points, %zu faces, mean %.4g, largest %.4g, %.3g%% folded: %s", other.control.count, other.polygons.count,
 			            state.mean, state.worst, 100 * state.folded, take ? "taken" : "left");
 			/* Errors fall about with the distance, the largest more slowly. */
 			step = fmin(fmax(0.9 * fmin(rounds->bounds.mean / state.mean, sqrt(rounds->bounds.max / state.worst)), least_step), most_step);
 			if (take)
-				least = now, within = done;
+				least = now, within = done, own_state = state;
 		} else {
 			rounds->say("by collapse: %s", other_fault.text);
 			done = true;
@@ -248,7 +262,7 @@ enum collapse collapse_try(struct draft *draft, struct layouts *layouts, struct 
 			const struct layouts theirs = *layouts;
 			*layouts = other_layouts, other_layouts = theirs;
 		}
-		const bool larger = bytes_of(&other) > smaller * bytes_of(draft);
+		const bool larger = bytes_of(&other) > worth(&own_state, &state) * bytes_of(draft);
 		draft_free(&other);
 		layouts_free(&other_layouts);
 		free(other_error);

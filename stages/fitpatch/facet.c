@@ -8,11 +8,13 @@
 #include "stages/fitpatch/enrich.h"
 #include "stages/fitpatch/local.h"
 
-enum { PASSES = 4 };
+enum { PASSES = 4, STALE_PASSES = 2 /* in a row without getting better */ };
 /* Detail (struct layout_context) of bent patches in the first pass: triangles within the bound itself; a step finer every pass. */
 enum { FIRST_DETAIL = 4, LAST_DETAIL = 6 };
 /* Folded by more than this share of its area a patch is left over, too. */
 static const double most_folded = 0.01;
+/* And then this share of the part is worth it. */
+static const double seen_folds = 1e-3;
 
 /* Free forms of more of the area than this are no exceptions, and facets no answer. */
 static const double most_left = 0.25;
@@ -33,13 +35,13 @@ static bool one_pass(struct draft *draft, struct layouts *layouts, struct patch_
 	return rounds_fit_once(draft, error, *face_error, rounds, fault);
 }
 
-void facet_rest(struct draft *draft, struct layouts *layouts, struct patch_error *error, const struct rounds *rounds)
+bool facet_rest(struct draft *draft, struct layouts *layouts, struct patch_error *error, const struct rounds *rounds)
 {
 	const struct dense *dense = rounds->target->dense;
 	const size_t patches = dense->patch_count;
 	struct part_state state = rounds_state(error, dense);
-	if (rounds_within(&state, &rounds->bounds))
-		return;
+	if (rounds_within(&state, &rounds->bounds) && state.folded <= seen_folds)
+		return false;
 	unsigned char *chosen = mem_array(patches, 1), *want = mem_array(patches, 1), *touched = mem_array(patches, 1);
 	struct patch_error *now = mem_array(patches, sizeof *now);
 	struct draft next = {0};
@@ -50,7 +52,10 @@ void facet_rest(struct draft *draft, struct layouts *layouts, struct patch_error
 	double area = 0;
 	for (size_t p = 0; p < patches; p++)
 		area += dense->patch[p].area;
-	for (int pass = 0; pass < PASSES; pass++) {
+	const size_t work_before = *rounds->work;
+	int stale = 0;
+	bool better = false;
+	for (int pass = 0; pass < PASSES && stale < STALE_PASSES && *rounds->work - work_before <= rounds->most_work / 2; pass++) {
 		size_t left = 0;
 		double left_area = 0;
 		for (size_t p = 0; p < patches; p++) {
@@ -79,7 +84,9 @@ void facet_rest(struct draft *draft, struct layouts *layouts, struct patch_error
 		const double is = rounds_badness(&state, &rounds->bounds);
 		rounds->say("facets for %zu patches: %zu faces, mean %.4g, largest %.4g, %.3g%% folded: %s", left, next.polygons.count, state.mean, state.worst,
 		            100 * state.folded, is < least ? "taken" : "left");
+		stale = is < least ? 0 : stale + 1;
 		if (is < least) {
+			better = true;
 			least = is;
 			draft_free(draft);
 			draft_copy(draft, &next);
@@ -95,4 +102,5 @@ void facet_rest(struct draft *draft, struct layouts *layouts, struct patch_error
 	draft_free(&next);
 	layouts_free(&own);
 	free(chosen), free(want), free(touched), free(now);
+	return better;
 }

@@ -11,6 +11,7 @@
 #include "stages/fitpatch/local.h"
 #include "stages/fitpatch/order.h"
 #include "stages/fitpatch/rounds.h"
+#include "stages/fitpatch/touchup.h"
 #include "stages/geometry/border.h"
 #include "stages/geometry/half.h"
 #include "stages/geometry/sample.h"
@@ -221,9 +222,12 @@ int main(int argc, char **argv)
 	size_t smooth = 0;
 	if (!rounds_layout(&draft, &rounds, &layouts, NULL, &fault) || !rounds_fit(&draft, &layouts, error, &rounds, &fault))
 		tool_die(fault.code, "%s: %s", shown, fault.text);
+	if (options.rounds > 0)
+		touch_up(&draft, &layouts, error, &rounds);
 	/* What is out of bounds yet: facets for the patches concerned, or another cage for the whole part. */
 	if (!options.no_fallback && options.rounds > 0) {
-		facet_rest(&draft, &layouts, error, &rounds);
+		if (facet_rest(&draft, &layouts, error, &rounds))
+			touch_up(&draft, &layouts, error, &rounds);
 		const enum collapse collapse = collapse_try(&draft, &layouts, error, &rounds);
 		report_fallback(shown, &layouts, dense.patch_count, collapse);
 	}

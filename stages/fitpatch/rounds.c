@@ -18,6 +18,8 @@ enum { MOST_CAUTION = 2, FOLD_ROUNDS = 4, MOST_DETAIL = 8, CAREFUL_ATTEMPTS = 3 
 /* Rounds in a row that may pass without getting better. */
 enum { STALE_ROUNDS = 3 };
 enum { MOST_FACES_AT_LEAST = 400, FACES_DIVISOR = 8 };
+/* Farther out of bounds than this, finer samples make no difference that would be worth their time. */
+static const double hopeless = 3;
 /* Faces of the finest surface that is fitted. */
 enum { MOST_PIECES = 60000 };
 
@@ -264,7 +266,8 @@ bool rounds_settle(struct draft *draft, struct patch_error *error, const struct 
 		pieces *= 4;
 	while (finer.steps < rounds->joint.steps + 2 && 4 * pieces <= MOST_PIECES)
 		finer.steps++, pieces *= 4;
-	if (finer.steps == rounds->joint.steps)
+	const struct part_state coarse = rounds_state(error, dense);
+	if (finer.steps == rounds->joint.steps || coarse.mean > hopeless * rounds->bounds.mean || coarse.worst > hopeless * rounds->bounds.max)
 		return true;
 	struct patch_error *settled = mem_array(dense->patch_count, sizeof *settled);
 	double *before = mem_copy(draft->control.xyz, 3 * draft->control.count, sizeof *before);
