@@ -1,6 +1,7 @@
 /* curv: any mesh file in, the clean dense mesh with sharp edges, wedges and curvatures out.
  *
  * Normal-cycle tensors (Cohen-Steiner and Morvan 2003) a wedge, see curv(1) and cagewright-dense(5). */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -73,6 +74,14 @@ static void report_result(const struct dense *dense, const struct sharp_counts *
 	tool_say("edges: %zu sharp, %zu border, %zu cut", edge[EDGE_SHARP], edge[EDGE_BORDER], edge[EDGE_CUT]);
 	tool_say("sharp edges: %zu over the angle, less %zu in regular bends and %zu alone, %zu added to open chains", sharp->over_angle,
 	         sharp->regular, sharp->lonely, sharp->extended);
+	size_t sharpest = dense->edge_count;
+	for (size_t i = 0; i < dense->edge_count; i++)
+		if (dense->edge[i].kind == EDGE_SHARP && (sharpest == dense->edge_count || fabs(dense->edge[i].angle_deg) > fabs(dense->edge[sharpest].angle_deg)))
+			sharpest = i;
+	if (sharpest < dense->edge_count) {
+		const double *x = dense->xyz + 3 * (size_t)dense->edge[sharpest].vertex1;
+		tool_say("sharpest bend: %.4g degrees at %.6g %.6g %.6g", dense->edge[sharpest].angle_deg, x[0], x[1], x[2]);
+	}
 	tool_say("wedges: %zu, %zu good, %zu isotropic, %zu flat, %zu singular", dense->wedge_count, quality[WEDGE_GOOD], quality[WEDGE_ISOTROPIC],
 	         quality[WEDGE_FLAT], quality[WEDGE_SINGULAR]);
 }

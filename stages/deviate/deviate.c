@@ -135,6 +135,20 @@ static bool exceeds(struct tool_length bound, double value, double side)
 	return bound.value > 0 && value > tool_length_in_units(bound, side);
 }
 
+/* For people: the figures that say whether it is good, and where it is worst. */
+static void report(const struct deviation *d, const struct trimesh surface[2], const struct options *opt)
+{
+	tool_say("mean distance %.4g, %.4g %% of the longest side; normals differ by %.3g degrees", d->both.mean, 100 * d->both.mean / d->side,
+	         d->both.normal_mean_deg);
+	for (int i = 0; i < 2; i++) {
+		const struct deviation_side *s = i ? &d->ba : &d->ab;
+		tool_say("farthest from the other one on %s: %.4g, %.4g %%, at %.6g %.6g %.6g", opt->path[i], s->max, 100 * s->max / d->side, s->worst[0],
+		         s->worst[1], s->worst[2]);
+	}
+	tool_say("area %.4g and %.4g, volume %.4g and %.4g, open edges %zu and %zu", surface[0].area, surface[1].area, surface[0].volume, surface[1].volume,
+	         surface[0].open_count, surface[1].open_count);
+}
+
 int main(int argc, char **argv)
 {
 	tool_init("deviate");
@@ -164,6 +178,7 @@ int main(int argc, char **argv)
 	print_creases(output.file, surface, &opt, deviation.side);
 	print_point(output.file, "ab_max_at", deviation.ab.worst);
 	print_point(output.file, "ba_max_at", deviation.ba.worst);
+	report(&deviation, surface, &opt);
 	const bool is_over = exceeds(opt.mean, deviation.both.mean, deviation.side) || exceeds(opt.max, deviation.both.max, deviation.side);
 	if (opt.mean.value > 0 || opt.max.value > 0)
 		fprintf(output.file, "bounds=%s\n", is_over ? "exceeded" : "kept");

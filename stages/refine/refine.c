@@ -105,6 +105,21 @@ static void write_other(const struct cage *mesh, const struct options *opt)
 		tool_fail(&fault);
 }
 
+static void report_cage(const struct cage *cage)
+{
+	static const char *const scheme[] = {[SCHEME_QUADTRI] = "quad/triangle", [SCHEME_LOOP] = "Loop", [SCHEME_CATMULLCLARK] = "Catmull-Clark"};
+	size_t triangles = 0, quads = 0, corners = 0;
+	for (size_t f = 0; f < cage->face_count; f++) {
+		const size_t sides = cage->face_start[f + 1] - cage->face_start[f];
+		triangles += sides == 3;
+		quads += sides == 4;
+	}
+	for (size_t v = 0; v < cage->vertex_count; v++)
+		corners += cage->corner[v] != 0;
+	tool_say("%s cage: %zu vertices, %zu explicit corners, %zu triangles, %zu quads, %zu larger faces, %zu creases", scheme[cage->scheme],
+	         cage->vertex_count, corners, triangles, quads, cage->face_count - triangles - quads, cage->sharp_count);
+}
+
 int main(int argc, char **argv)
 {
 	tool_init("refine");
@@ -115,6 +130,7 @@ int main(int argc, char **argv)
 	struct level level, refined;
 	read_cage(&cage, &level, &ply, &opt, &shown);
 
+	report_cage(&cage);
 	size_t corners;
 	level_refined_size(NULL, NULL, &corners, &level, cage.scheme, opt.level);
 	if (corners > INDEX_LIMIT)
