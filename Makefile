@@ -57,6 +57,7 @@ help:
 	@echo 'check-san  the readers and the decoder under sanitizers (SAN=address,undefined)'
 	@echo 'bench      the pipeline over DATA=folder; build/bench.tsv and build/bench.html'
 	@echo 'bench-segmentation  how well segment finds the faces of the sample parts'
+	@echo 'bench-scaling  time and memory of one part from 1,000 to 1,000,000 triangles; build/scaling.tsv and .svg'
 	@echo 'bench-peers  our bytes against edge collapse and Draco; build/peers.tsv and build/peers.html'
 	@echo 'lint       compiler warnings as errors (gcc, clang), cppcheck, shellcheck, manual pages'
 	@echo 'fuzz       the readers under libFuzzer, FUZZ_SECONDS each'
@@ -216,6 +217,13 @@ bench-peers: $(TOOLS) $(simplify) | $(deps_first)
 bench-segmentation: $(TOOLS) $(BUILD)/parts $(BUILD)/rand_index | $(deps_first)
 	@BIN=$(abspath $(BIN)) PARTS=$(abspath $(BUILD)/parts) RAND_INDEX=$(abspath $(BUILD)/rand_index) \
 	sh tests/bench/segmentation $(BUILD)
+# One sample part at SCALING_SIZES triangles.
+SCALING_PART ?= flange
+SCALING_SIZES ?= 1000 3000 10000 30000 100000 300000 1000000
+.PHONY: bench-scaling
+bench-scaling: $(TOOLS) $(BUILD)/parts | $(deps_first)
+	@BIN=$(abspath $(BIN)) PARTS=$(abspath $(BUILD)/parts) PART_SECONDS=$(PART_SECONDS) PART_MIB=$(PART_MIB) \
+	SCALING_PART='$(SCALING_PART)' SCALING_SIZES='$(SCALING_SIZES)' sh tests/bench/scaling $(BUILD)
 $(BUILD)/rand_index: $(BUILD)/tests/bench/rand_index.c.o $(BUILD)/libcagewright.a
 	$(call say,link $@)$(CXX) $(all_ldflags) -o $@ $^ $(LIBS)
 
@@ -236,7 +244,7 @@ build/fuzz/fuzz_%: build/fuzz/objects/tests/fuzz/fuzz_%.c.o build/fuzz/objects/l
 
 # --- lint --------------------------------------------------------------------------------------------------------
 LINT_C := $(sort $(wildcard formats/*.c stages/*/*.c tests/unit/*.c tests/fixtures/*.c tests/train/*.c tests/bench/*.c tests/fuzz/*.c))
-LINT_SH := $(sort .ci/run $(filter-out %.txt,$(wildcard tests/tools/*)) $(wildcard tests/cli/*.t tests/golden/*.t tests/property/*.t tests/bench/bench* tests/bench/segmentation pipelines/batch-*))
+LINT_SH := $(sort .ci/run $(filter-out %.txt,$(wildcard tests/tools/*)) $(wildcard tests/cli/*.t tests/golden/*.t tests/property/*.t tests/bench/bench* tests/bench/segmentation tests/bench/scaling pipelines/batch-*))
 LINT_PAGES := $(sort $(wildcard man/man*/*))
 .PHONY: lint lint-gcc lint-clang lint-cppcheck lint-sh lint-man
 lint: lint-gcc lint-clang lint-cppcheck lint-sh lint-man
