@@ -21,6 +21,8 @@ enum { DISTANCES = 9 };
 static const double first_facets = 2;
 /* A larger mesh takes ten seconds and more for a try: facets alone are tried. */
 enum { MOST_TRIANGLES = 150000 };
+/* From this many on, a cage whose mean is good and whose largest error is so many bounds is the last one: finer ones would hardly be within. */
+enum { PATIENT_TRIANGLES = 50000, FAR_BOUNDS = 3 };
 /* Work of all tries together (struct rounds): while nothing is within the bounds, and when something is; and faces of a cage that is worth it. */
 enum { MOST_WORK = 12000, WORK_WITHIN = 2500, MOST_FACES = 6000 };
 /* A collapsed cage takes the place of one within the bounds below this share of its bytes: points without a pattern cost more. */
@@ -233,7 +235,7 @@ enum collapse collapse_try(struct draft *draft, struct layouts *layouts, struct 
 		struct patch_error *other_error = mem_array(patches, sizeof *other_error);
 		struct layouts other_layouts = layouts_new(patches, NULL);
 		struct fault other_fault = {0};
-		bool take = false, done = false;
+		bool take = false, done = false, futile = false;
 		if (fit_collapsed(&other, &other_layouts, other_error, &own, distance, &other_fault)) {
 			state = rounds_state(other_error, dense);
 			if (!rounds_within(&state, &rounds->bounds) && state.mean <= rounds->bounds.mean) {
@@ -243,6 +245,7 @@ enum collapse collapse_try(struct draft *draft, struct layouts *layouts, struct 
 			}
 			const double now = rounds_badness(&state, &rounds->bounds);
 			done = rounds_within(&state, &rounds->bounds);
+			futile = dense->triangle_count > PATIENT_TRIANGLES && state.mean <= rounds->bounds.mean && state.worst > FAR_BOUNDS * rounds->bounds.max;
 			take = done && within ? bytes_of(&other) < worth(&own_state, &state) * bytes_of(draft) : done || (!within && now < least);
 			rounds->say("by collapse: %zu points, %zu faces, mean %.4g, largest %.4g, %.3g%% folded: %s", other.control.count, other.polygons.count,
 			            state.mean, state.worst, 100 * state.folded, take ? "taken" : "left");
@@ -268,7 +271,7 @@ enum collapse collapse_try(struct draft *draft, struct layouts *layouts, struct 
 		free(other_error);
 		distance *= step;
 		/* Finer ones would only be larger. */
-		if (done || (within && larger))
+		if (done || futile || (within && larger))
 			break;
 	}
 	if (!within && try_facets(draft, layouts, error, &own))

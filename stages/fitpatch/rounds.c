@@ -149,7 +149,7 @@ double rounds_badness(const struct part_state *state, const struct bounds *bound
 
 double rounds_work_share(const struct dense *dense)
 {
-	const double full_triangles = 100000;
+	const double full_triangles = 50000;
 	return fmin(1, full_triangles / (double)dense->triangle_count);
 }
 

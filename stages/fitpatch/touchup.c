@@ -15,6 +15,8 @@ enum { TOUCH_WORK = 8000 };
 static const double seen_folds = 3e-4;
 /* A patch folds when this share of its area does. */
 static const double patch_folds = 2e-3;
+/* Farther out of bounds than this there is more to do than touching up. */
+static const double hopeless_mean = 1.5, hopeless_worst = 3;
 /* Gains below this (of rounds_badness) are not worth the points. */
 static const double least_gain = 0.01;
 /* Details (struct layout_context) of planes and of others are at most this. */
@@ -84,7 +86,8 @@ static bool try_way(struct touch *touch, enum way way, size_t patch, const struc
 	const struct dense *dense = rounds->target->dense;
 	const size_t patches = dense->patch_count;
 	const bool is_plane = dense->patch[patch].kind == PATCH_PLANE;
-	const unsigned char step = way >= WAY_DETAIL ? (unsigned char)(way - WAY_DETAIL) : 0, detail = is_plane ? step : (unsigned char)(layouts->detail[patch] + step);
+	const unsigned char step = way >= WAY_DETAIL ? (unsigned char)(way - WAY_DETAIL) : 0;
+	const unsigned char detail = is_plane ? step : (unsigned char)(layouts->detail[patch] + step);
 	if ((way == WAY_INSIDE && is_plane) || (way >= WAY_DETAIL && (detail == layouts->detail[patch] || detail > MOST_BENT_DETAIL)))
 		return false;
 	struct fault fault = {0};
@@ -125,6 +128,9 @@ void touch_up(struct draft *draft, struct layouts *layouts, struct patch_error *
 	const struct dense *dense = rounds->target->dense;
 	const size_t patches = dense->patch_count, work_before = *rounds->work;
 	const size_t most_work = (size_t)(rounds_work_share(dense) * TOUCH_WORK);
+	const struct part_state first = rounds_state(error, dense);
+	if (first.mean > hopeless_mean * rounds->bounds.mean || first.worst > hopeless_worst * rounds->bounds.max)
+		return;
 	const double area = part_area(dense);
 	unsigned char *hopeless = mem_array(patches, 1);
 	struct fault fault = {0};
