@@ -321,8 +321,10 @@ bool rounds_fit(struct draft *draft, struct layouts *layouts, struct patch_error
 		const size_t wanted = plan_round(&plan, &anew, layouts, error, &state, rounds);
 		/* A cage that nears the size of the mesh is none (the patch method's section 10, hazard 23). */
 		const bool is_large = *rounds->work > rounds->most_work || (draft->polygons.count > MOST_FACES_AT_LEAST && draft->polygons.count > dense->triangle_count / FACES_DIVISOR);
-		if (wanted && round < rounds->limit && !is_large)
+		if (wanted && round < rounds->limit && !is_large) {
 			steps = enrich(draft, rounds->target, error, face_error, plan.want, rounds->bounds.max, plan.touched);
+			seams_find(draft, dense, layouts->faceted); /* a refinement may have put a point on one */
+		}
 		free(face_error);
 		if (round == rounds->limit || is_large || steps + anew == 0 || stale >= STALE_ROUNDS)
 			break;

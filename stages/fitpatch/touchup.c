@@ -7,6 +7,7 @@
 
 #include "formats/memory.h"
 #include "stages/fitpatch/enrich.h"
+#include "stages/fitpatch/seam.h"
 #include "stages/fitpatch/local.h"
 
 /* Work (struct rounds) that a part gets for it. */
@@ -105,6 +106,7 @@ static bool try_way(struct touch *touch, enum way way, size_t patch, const struc
 		want[patch] = way == WAY_INSIDE ? WANT_INSIDE : WANT_BORDER;
 		good = enrich(&touch->draft, rounds->target, error, face_error, want, fmin(rounds->bounds.max, 0.9 * error[patch].max), changed) > 0;
 		changed[patch] = 1;
+		seams_find(&touch->draft, dense, touch->layouts.faceted); /* a refinement may have put a point on one */
 		good = good && fit_changed(&touch->draft, changed, rounds, &fault);
 	}
 	/* Plane faces are found anew where they got points, others where the way asks for it. */
