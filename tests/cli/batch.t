@@ -314,7 +314,8 @@ fi
 cat > noted.mk <<MK
 all:
 	echo "\$\$SLURMD_NODENAME \$(IN)" >> "$work/started"
-	while test -e "$work/hold" && test "\$\$SLURMD_NODENAME" = n2; do echo \$\$\$\$ > "$work/held/\$(IN)"; sleep 0.1; done
+	if test -e "$work/hold" && test "\$\$SLURMD_NODENAME" = n2; then \
+		echo \$\$\$\$ > "$work/\$(IN).pid"; mv "$work/\$(IN).pid" "$work/held/\$(IN)"; while test -e "$work/hold"; do sleep 0.1; done; fi
 	\$(MAKE) -f "$work/short.mk" IN=\$(IN) OUT=\$(OUT)
 	echo "\$\$SLURMD_NODENAME \$(IN)" >> "$work/ended"
 MK
@@ -336,10 +337,22 @@ while [ $left -gt 0 ] && [ -z "$(ls held)" ]; do
 	sleep 0.1
 	left=$((left - 1))
 done
-# The whole machine: the daemon, then the steps that it had and what these run.
+# The whole machine: the daemon, then the steps that it had and what these run. A step that the daemon had just begun
+# gets stuck a moment later: what the node has started and not ended is waited for, until there has been no more of it
+# for a second.
 kill -9 "$(cat "$slurm/n2/pid")"
-sleep 0.5
-lost=$(ls held | tr '\n' ' ')
+still=0
+while [ $left -gt 0 ] && [ $still -lt 10 ]; do
+	sleep 0.1
+	left=$((left - 1))
+	still=$((still + 1))
+	lost=$(ls held | tr '\n' ' ')
+	# The bad part never ends.
+	if [ "$lost" != "$(sed -n '/c39/d; s/^n2 //p' started ended | sort | uniq -u | tr '\n' ' ')" ] || [ "$lost" != "${seen:-}" ]; then
+		still=0
+	fi
+	seen=$lost
+done
 for name in $lost; do
 	doomed=
 	pid=$(cat "held/$name")

@@ -128,7 +128,9 @@ for tool in assemble curv deviate facefix fitcurves fitpatch mend rectify refine
 	cp old kept.$x
 	rm -f fifo
 	mkfifo fifo
-	run fifo -o kept.$x 2> errors &
+	# The tool itself in the background, not a shell that waits for it: the shell would die and the tool go on.
+	# shellcheck disable=SC2086 # options are words
+	"$BIN/$tool" $before fifo -o kept.$x 2> killed &
 	pid=$!
 	exec 3<> fifo
 	sleep 0.2
