@@ -6,24 +6,27 @@
 #include <string.h>
 
 #include "formats/cage.h"
+#include "formats/dense.h"
 #include "formats/network.h"
 #include "formats/number.h"
 #include "stages/assemble/polymesh.h"
 #include "stages/assemble/tidy.h"
+#include "stages/assemble/unfold.h"
 #include "stages/assemble/weld.h"
 #include "stages/tool/tool.h"
 
 #define SCHEMA 1
 #define KNOWN_FITPATCH_SCHEMA 1
+#define UNFOLD_STEPS 4 /* the level at which parts are measured and unpacked by default */
 
-static const char usage[] = "usage: assemble [-qv] [--planar length] [--no-tidy] [--binary] [--no-provenance]\n"
-			    "                [-o file] [file]\n";
+static const char usage[] = "usage: assemble [-qv] [--planar length] [--no-tidy] [--no-unfold] [--binary]\n"
+			    "                [--no-provenance] [-o file] [file]\n";
 
 struct options {
 	struct tool_common common;
 	const char *in;
 	struct tool_length planar; /* faces this near to one plane are one face */
-	bool no_tidy;
+	bool no_tidy, no_unfold;
 };
 
 static struct options parse_options(int argc, char **argv)
@@ -32,6 +35,7 @@ static struct options parse_options(int argc, char **argv)
 	const struct tool_option table[] = {
 		{"planar", 'p', TOOL_LENGTH, &opt.planar, 0, 0},
 		{"no-tidy", 0, TOOL_FLAG, &opt.no_tidy, 0, 0},
+		{"no-unfold", 0, TOOL_FLAG, &opt.no_unfold, 0, 0},
 		{0},
 	};
 	const int first = tool_options(argc, argv, usage, table, &opt.common, 0, 1);
@@ -82,6 +86,36 @@ static void check_euler(const struct polymesh *mesh, const struct ply *document,
 		tool_die(EX_BAD_INPUT, "%s: the cage's euler characteristic is %ld, the part's %ld", shown, sum, wanted);
 }
 
+/* The surfaces of the patches, by number; NULL when the file does not say. */
+static struct dense_patch *read_patches(const struct ply *document, const struct cage *cage)
+{
+	static const char *const name[] = {"kind", "px", "py", "pz", "ax", "ay", "az", "radius", "radius2", "sign"};
+	enum { COLUMNS = sizeof name / sizeof *name };
+	const double *value[COLUMNS];
+	size_t count = 0;
+	for (size_t f = 0; f < cage->face_count; f++)
+		if ((size_t)cage->face_patch[f] >= count)
+			count = (size_t)cage->face_patch[f] + 1;
+	const struct ply_element *element = ply_element(document, "patch");
+	if (!element || element->count < count)
+		return NULL;
+	for (size_t c = 0; c < COLUMNS; c++) {
+		const struct ply_column *column = ply_column(element, name[c]);
+		if (!column || column->is_list)
+			return NULL;
+		value[c] = column->value;
+	}
+	struct dense_patch *patch = mem_array(element->count, sizeof *patch);
+	for (size_t p = 0; p < element->count; p++) {
+		patch[p] = (struct dense_patch){.kind = PATCH_FREE, .radius = value[7][p], .radius2 = value[8][p], .sign = value[9][p], .parent = (idx_t)p};
+		if (value[0][p] >= 0 && value[0][p] < PATCH_KIND_COUNT)
+			patch[p].kind = (enum patch_kind)value[0][p];
+		for (size_t k = 0; k < 3; k++)
+			patch[p].point[k] = value[1 + k][p], patch[p].axis[k] = value[4 + k][p];
+	}
+	return patch;
+}
+
 int main(int argc, char **argv)
 {
 	tool_init("assemble");
@@ -113,6 +147,14 @@ int main(int argc, char **argv)
 		tidy(&tidied, &mesh, tool_length_in_units(opt.planar, longest_side(&mesh)));
 	check_euler(&mesh, &document, shown, true);
 	polymesh_to_cage(&cage, &mesh);
+	if (!opt.no_tidy && !opt.no_unfold) {
+		struct unfold_report unfolded;
+		struct dense_patch *patch = read_patches(&document, &cage);
+		unfold(&unfolded, &cage, patch, tool_length_in_units(opt.planar, longest_side(&mesh)), UNFOLD_STEPS);
+		tool_say("%s: %zu faces folded over, %zu do still: %zu edges became creases, %zu were redrawn, %zu vertices added", shown,
+			 unfolded.folded, unfolded.left, unfolded.creased, unfolded.redrawn, unfolded.added);
+		free(patch);
+	}
 	size_t corners = 0;
 	for (size_t v = 0; v < cage.vertex_count; v++)
 		corners += cage.corner[v];
@@ -132,7 +174,8 @@ int main(int argc, char **argv)
 	const size_t end = num_print(planar, opt.planar.value);
 	if (opt.planar.is_percent)
 		planar[end] = '%', planar[end + 1] = 0;
-	tool_write_ply(&document, &opt.common, SCHEMA, "planar=%s%s", planar, opt.no_tidy ? " no-tidy" : "");
+	tool_write_ply(&document, &opt.common, SCHEMA, "planar=%s%s%s", planar, opt.no_tidy ? " no-tidy" : "",
+		      opt.no_unfold ? " no-unfold" : "");
 	cage_free(&cage), cage_free(&local);
 	network_free(&network);
 	polymesh_free(&mesh);
