@@ -59,6 +59,8 @@ static idx_t *touching(size_t *found, const struct plot *plot, const idx_t *chos
 	idx_t *vertex = mem_array(corners, sizeof *vertex), *result = mem_array(plot->count, sizeof *result);
 	for (size_t i = 0; i < chosen_count; i++) {
 		const struct polygon *p = &plot->polygon[chosen[i]];
+		if (p->count == 0)
+			continue;
 		memcpy(vertex + n, p->corner, p->count * sizeof *vertex);
 		n += p->count;
 	}

@@ -335,7 +335,8 @@ static bool find_best(struct change *best, struct search *search, struct changes
 		try_change(&was, &is, search, &changes->item[c], ROUGH_STEPS, false);
 		changes->item[c].rough = is - was;
 	}
-	qsort(changes->item, changes->count, sizeof *changes->item, compare_changes);
+	if (changes->count > 0)
+		qsort(changes->item, changes->count, sizeof *changes->item, compare_changes);
 	for (size_t c = 0; c < changes->count && c < SECOND_LOOKS; c++) {
 		try_change(&was, &is, search, &changes->item[c], search->steps, false);
 		const double own = search->plot->polygon[i].folded;
