@@ -165,7 +165,7 @@ static double face_fold(const double *xyz, const idx_t *corner, size_t count, co
 	return fmin(first, second);
 }
 
-double plot_fold(double **folded, idx_t **touched, size_t *touched_count, double *reach, const struct plot *plot, const idx_t *core, size_t core_count, int steps)
+double plot_fold(double **folded, idx_t **touched, size_t *touched_count, const struct plot *plot, const idx_t *core, size_t core_count, int steps)
 {
 	size_t near_count, context_count;
 	idx_t *near = touching(&near_count, plot, core, core_count);
@@ -174,8 +174,6 @@ double plot_fold(double **folded, idx_t **touched, size_t *touched_count, double
 	struct cage cage = {0};
 	struct level level = {0}, fine = {0};
 	struct fault fault = {0};
-	if (reach)
-		*reach = 0;
 	cut_out(&cage, plot, context, context_count);
 	const bool good = level_from_cage(&level, &cage, &fault);
 	if (good) {
@@ -193,11 +191,8 @@ double plot_fold(double **folded, idx_t **touched, size_t *touched_count, double
 				continue;
 			double normal[3];
 			copy3(normal, plot->normal);
-			if (plot->bent) {
-				const double away = primitive_foot(plot->bent, fine.xyz + 3 * (size_t)fine.face_corner[first], NULL, normal);
-				if (reach)
-					*reach = fmax(*reach, fabs(away));
-			}
+			if (plot->bent)
+				primitive_foot(plot->bent, fine.xyz + 3 * (size_t)fine.face_corner[first], NULL, normal);
 			const double turned = face_fold(fine.xyz, fine.face_corner + first, fine.face_start[f + 1] - first, normal, ldexp(plot->margin, -steps));
 			area[at - 1] += turned;
 			sum += turned;
@@ -217,14 +212,14 @@ double plot_fold(double **folded, idx_t **touched, size_t *touched_count, double
 	return good ? sum : INFINITY;
 }
 
-double *plot_fixed_surface(size_t *count, const struct plot *plot, const idx_t *core, size_t core_count, int steps)
+double *plot_surface(size_t *count, const struct plot *plot, const idx_t *core, size_t core_count, bool fixed, int steps)
 {
 	size_t near_count, context_count;
 	idx_t *near = touching(&near_count, plot, core, core_count);
 	bool any = false;
 	*count = 0;
 	for (size_t i = 0; i < near_count && !any; i++)
-		any = plot->polygon[near[i]].fixed;
+		any = plot->polygon[near[i]].fixed == fixed;
 	if (!any) {
 		free(near);
 		return NULL;
@@ -242,12 +237,15 @@ double *plot_fixed_surface(size_t *count, const struct plot *plot, const idx_t *
 		for (size_t i = 0, j = 0; i < near_count; i++) {
 			while (context[j] != near[i])
 				j++;
-			wanted[j] = plot->polygon[near[i]].fixed;
+			wanted[j] = plot->polygon[near[i]].fixed == fixed;
 		}
-		at = mem_array(3 * fine.face_start[fine.face_count], sizeof *at);
+		at = mem_array(9 * fine.face_start[fine.face_count], sizeof *at);
 		for (size_t f = 0; f < fine.face_count; f++)
-			for (size_t h = fine.face_start[f]; wanted[fine.face_origin[f]] && h < fine.face_start[f + 1]; h++)
-				copy3(at + 3 * (*count)++, fine.xyz + 3 * (size_t)fine.face_corner[h]);
+			for (size_t h = fine.face_start[f] + 1; wanted[fine.face_origin[f]] && h + 1 < fine.face_start[f + 1]; h++, ++*count) {
+				copy3(at + 9 * *count, fine.xyz + 3 * (size_t)fine.face_corner[fine.face_start[f]]);
+				copy3(at + 9 * *count + 3, fine.xyz + 3 * (size_t)fine.face_corner[h]);
+				copy3(at + 9 * *count + 6, fine.xyz + 3 * (size_t)fine.face_corner[h + 1]);
+			}
 		free(wanted);
 	}
 	level_free(&fine), level_free(&level);

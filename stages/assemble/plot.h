@@ -46,15 +46,14 @@ static inline bool plot_is_kept(const struct plot *plot, idx_t vertex)
 	return plot->points->corner[vertex] || plot->points->creases[vertex] >= 3;
 }
 
-/* Where the surface of the fixed polygons near the chosen ones is after so many steps: corners of refined faces, three numbers each (caller
- * frees), NULL when there are none. */
-double *plot_fixed_surface(size_t *count, const struct plot *plot, const idx_t *core, size_t core_count, int steps);
+/* The surface of the polygons that share a vertex with the chosen ones after so many steps: of the fixed ones, or of the others. Triangles, nine numbers
+ * each (caller frees); NULL when there are none, or no manifold. */
+double *plot_surface(size_t *count, const struct plot *plot, const idx_t *core, size_t core_count, bool fixed, int steps);
 
 /* The area that lies upside down after so many steps of subdivision, of the chosen polygons (core, their indices) and of all that share a
  * vertex with them but the fixed ones; of each on its own: folded[i] of touched[i] (caller frees; polygon indices, rising), or NULL. INFINITY when
- * the polygons are no manifold. The surface of a polygon depends on those that touch it and no others, so only what is near is refined. *reach: the largest distance of theirs to the bent surface, 0
- * without one; or NULL. */
-double plot_fold(double **folded, idx_t **touched, size_t *touched_count, double *reach, const struct plot *plot, const idx_t *core, size_t core_count,
+ * the polygons are no manifold. The surface of a polygon depends on those that touch it and no others, so only what is near is refined. */
+double plot_fold(double **folded, idx_t **touched, size_t *touched_count, const struct plot *plot, const idx_t *core, size_t core_count,
 		 int steps);
 
 #endif

@@ -6,6 +6,8 @@
 #include <string.h>
 
 #include "stages/assemble/change.h"
+#include "stages/geometry/nearest.h"
+#include "stages/geometry/primitive.h"
 #include "stages/geometry/vector.h"
 
 /* Folds of less than this share of the plot's area are none: numbers are not exact. */
@@ -98,7 +100,11 @@ static double up_area(const struct plot *plot, idx_t a, idx_t b, idx_t c)
 {
 	double doubled[3];
 	area_vector3(doubled, plot->points->xyz + 3 * (size_t)a, plot->points->xyz + 3 * (size_t)b, plot->points->xyz + 3 * (size_t)c);
-	return dot3(doubled, plot->normal);
+	if (!plot->bent)
+		return dot3(doubled, plot->normal);
+	double normal[3];
+	primitive_foot(plot->bent, plot->points->xyz + 3 * (size_t)a, NULL, normal);
+	return dot3(doubled, normal);
 }
 
 /* Does the way from corner i to corner j of p lie in it, as far as the corners say? */
@@ -128,7 +134,7 @@ static bool is_inside(const struct plot *plot, const struct polygon *p, size_t i
 struct search {
 	struct plot *plot;
 	struct edge_list *edges;
-	double shift;           /* fixed polygons may move by this */
+	double shift;           /* fixed polygons, and bent plots, may move by this */
 	int steps;
 };
 
@@ -195,9 +201,8 @@ static void list_changes(struct changes *changes, const struct search *search, s
 		const idx_t end[2] = {p->corner[k], p->corner[polygon_after(p, k)]};
 		if (may_end(search, end[0]) && may_end(search, end[1]))
 			changes_add(changes, (struct change){WAY_CHORD, (idx_t)i, j, end[0], end[1], 0, 0, 1, 0.3, 0});
-		if (plot->bent) /* there the edges are what gives the surface its shape */
-			continue;
-		list_chords(changes, search, &plot->polygon[j], j, NO_INDEX, NULL);
+		if (!plot->bent)
+			list_chords(changes, search, &plot->polygon[j], j, NO_INDEX, NULL);
 		struct polygon both;
 		if (!polygon_unite(&both, p, &plot->polygon[j]))
 			continue;
@@ -205,7 +210,8 @@ static void list_changes(struct changes *changes, const struct search *search, s
 		for (int e = 0; e < 2; e++)
 			stays &= plot->points->creases[end[e]] >= 2 || edges_at(plot, end[e]) > 3;
 		if (stays) {
-			changes_add(changes, (struct change){WAY_CHORD, (idx_t)i, j, NO_INDEX, NO_INDEX, 0, 0, 0, -1, 0});
+			if (!plot->bent)
+				changes_add(changes, (struct change){WAY_CHORD, (idx_t)i, j, NO_INDEX, NO_INDEX, 0, 0, 0, -1, 0});
 			list_chords(changes, search, &both, (idx_t)i, j, end);
 		}
 		polygon_free(&both);
@@ -272,34 +278,48 @@ static bool keeps_fixed(struct search *search, const struct change *change, stru
 	struct plot *plot = search->plot;
 	idx_t core[CHANGE_MOST_CORE];
 	size_t count, old_count;
-	double *at = plot_fixed_surface(&count, plot, core, change_made(core, plot, undo, change), ROUGH_STEPS);
+	double *at = plot_surface(&count, plot, core, change_made(core, plot, undo, change), true, ROUGH_STEPS);
 	if (!at)
 		return true;
 	change_take_back(undo, plot, change);
-	double *old = plot_fixed_surface(&old_count, plot, core, change->two == NO_INDEX ? 1 : 2, ROUGH_STEPS), most = 0;
+	double *old = plot_surface(&old_count, plot, core, change->two == NO_INDEX ? 1 : 2, true, ROUGH_STEPS), most = 0;
 	change_apply(undo, plot, change);
-	for (size_t i = 0; i < count && count == old_count; i++)
+	for (size_t i = 0; i < 3 * count && count == old_count; i++)
 		most = fmax(most, distance3(at + 3 * i, old + 3 * i));
 	free(at), free(old);
 	return count == old_count && most <= search->shift;
 }
 
-/* Does a bent plot reach no farther from its surface than before a change that was done? */
-static bool keeps_reach(struct search *search, const struct change *change, struct undo *undo, double reach, int steps)
+/* Does a bent plot lie where it was before a change that was done? What was folded may go. */
+static bool keeps_shape(struct search *search, const struct change *change, struct undo *undo)
 {
 	struct plot *plot = search->plot;
 	if (!plot->bent)
 		return true;
-	const idx_t core[2] = {change->one, change->two};
-	double before;
+	idx_t core[CHANGE_MOST_CORE];
+	size_t count, old_count;
+	double *at = plot_surface(&count, plot, core, change_made(core, plot, undo, change), false, ROUGH_STEPS);
 	change_take_back(undo, plot, change);
-	plot_fold(NULL, NULL, NULL, &before, plot, core, change->two == NO_INDEX ? 1 : 2, steps);
+	double *old = plot_surface(&old_count, plot, core, change->two == NO_INDEX ? 1 : 2, false, ROUGH_STEPS);
 	change_apply(undo, plot, change);
-	return reach <= before + search->shift;
+	bool good = at && old;
+	if (good) {
+		idx_t *triangle = mem_array(3 * old_count, sizeof *triangle), *label = mem_array(old_count, sizeof *label);
+		for (size_t i = 0; i < 3 * old_count; i++)
+			triangle[i] = (idx_t)i;
+		struct nearest *nearest = nearest_new_labelled(old, 3 * old_count, triangle, old_count, label);
+		const struct nearest_filter own = {.label = label};
+		for (size_t i = 0; i < 3 * count && good; i++)
+			good = nearest_point(nearest, at + 3 * i, INFINITY, &own).distance <= search->shift;
+		nearest_free(nearest);
+		free(triangle), free(label);
+	}
+	free(at), free(old);
+	return good;
 }
 
-/* Folded area near a change before and after it; take it back unless it is to stay. */
-static void try_change(double *was, double *is, struct search *search, const struct change *change, int steps, bool stay)
+/* Folded area near a change before and after it, INFINITY when check finds that it moves what must stay; take it back unless it is to stay. */
+static void try_change(double *was, double *is, struct search *search, const struct change *change, int steps, bool check, bool stay)
 {
 	struct plot *plot = search->plot;
 	struct undo undo;
@@ -307,14 +327,14 @@ static void try_change(double *was, double *is, struct search *search, const str
 	if (!change_apply(&undo, plot, change))
 		return;
 	idx_t core[CHANGE_MOST_CORE], *touched;
-	double *folded, reach;
+	double *folded;
 	size_t touched_count;
-	*is = plot_fold(&folded, &touched, &touched_count, &reach, plot, core, change_made(core, plot, &undo, change), steps);
+	*is = plot_fold(&folded, &touched, &touched_count, plot, core, change_made(core, plot, &undo, change), steps);
 	for (size_t i = 0; i < touched_count; i++)
 		if (touched[i] != change->one && touched[i] != change->two && (size_t)touched[i] < undo.count)
 			*was += plot->polygon[touched[i]].folded;
 	*was += undo.one.folded + undo.two.folded;
-	if (!stay && isfinite(*is) && (!keeps_fixed(search, change, &undo) || !keeps_reach(search, change, &undo, reach, steps)))
+	if (check && isfinite(*is) && !(keeps_fixed(search, change, &undo) && keeps_shape(search, change, &undo)))
 		*is = INFINITY;
 	if (!stay) {
 		change_take_back(&undo, plot, change);
@@ -332,13 +352,13 @@ static bool find_best(struct change *best, struct search *search, struct changes
 	double was, is, best_score = 0;
 	bool found = false;
 	for (size_t c = 0; c < changes->count && *search->plot->work < most_work; c++) {
-		try_change(&was, &is, search, &changes->item[c], ROUGH_STEPS, false);
+		try_change(&was, &is, search, &changes->item[c], ROUGH_STEPS, false, false);
 		changes->item[c].rough = is - was;
 	}
 	if (changes->count > 0)
 		qsort(changes->item, changes->count, sizeof *changes->item, compare_changes);
 	for (size_t c = 0; c < changes->count && c < SECOND_LOOKS; c++) {
-		try_change(&was, &is, search, &changes->item[c], search->steps, false);
+		try_change(&was, &is, search, &changes->item[c], search->steps, true, false);
 		const double own = search->plot->polygon[i].folded;
 		if (!(was - is > least_gain * own) || (changes->item[c].way != WAY_CHORD && !(is < most_left * was)))
 			continue;
@@ -367,7 +387,7 @@ static bool improve(struct unfold_report *report, struct search *search, size_t 
 		return false;
 	double was, is;
 	const size_t before = search->plot->count;
-	try_change(&was, &is, search, &best, search->steps, true);
+	try_change(&was, &is, search, &best, search->steps, false, true);
 	const struct plot *plot = search->plot;
 	if (best.way == WAY_CHORD && best.a != NO_INDEX)
 		edge_list_add(search->edges, best.a, best.b);
@@ -393,7 +413,7 @@ bool redraw(struct unfold_report *report, struct plot *plot, struct edge_list *e
 	size_t touched_count;
 	for (size_t i = 0; i < plot->count; i++)
 		all[i] = (idx_t)i;
-	plot_fold(&folded, &touched, &touched_count, NULL, plot, all, plot->count, steps);
+	plot_fold(&folded, &touched, &touched_count, plot, all, plot->count, steps);
 	for (size_t i = 0; i < touched_count; i++)
 		plot->polygon[touched[i]].folded = folded[i];
 	free(all), free(folded), free(touched);

@@ -13,7 +13,7 @@ struct edge_list {
 void edge_list_make(struct edge_list *edges, const struct cage *cage);
 void edge_list_free(struct edge_list *edges);
 
-/* Look for folds in the plot and get rid of them where that can be done. Fixed polygons may move by shift (model units). Adds to the report and to
+/* Look for folds in the plot and get rid of them where that can be done. Fixed polygons and bent plots may move by shift (model units). Adds to the report and to
  * the edges. Returns whether a polygon changed; those that were there first keep their places. */
 bool redraw(struct unfold_report *report, struct plot *plot, struct edge_list *edges, double shift, int steps);
 

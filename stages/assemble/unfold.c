@@ -90,7 +90,7 @@ static void map_free(struct map *map)
 /* Faces of a patch that is known to be a plane may be this many times as far from it: they were fitted to what is nearly one. */
 #define KNOWN_PLANE_SLACK 25
 
-/* Smooth faces beside a plane may move by so many times planar. */
+/* Smooth faces beside a plane, and bent surfaces themselves, may move by so many times planar. */
 #define MOST_SHIFT 5
 /* What becomes of the cage, in a grid or a fit, may move its points against each other by such a share of planar. */
 #define ROUNDING 0.5

@@ -21,7 +21,8 @@ struct unfold_report {
  * middle of an inner edge towards the mean of the corner's two creases, which is outside (Biermann, Levin and Zorin 2000, section 3.2), and where
  * large faces end between close curves. One edge at a time is made a crease (it must end at vertices that are corners already or lie inside), drawn
  * elsewhere, added or taken out, or gets a point, whatever leaves the least area upside down after so many steps of subdivision, until there is
- * none or nothing helps. In pieces of other known surfaces, where edges give the shape, they are made creases only.
+ * none or nothing helps.
+ * In pieces of other known surfaces, where edges give the shape, they become creases or are swapped, as far as the surface stays in its place.
  *
  * patch: surfaces by number, for all patches of the cage; faces of known planes may be farther from flat. NULL: nothing is known, flat is flat.
  * Time is bounded: O(n log n) without folds, and a few seconds for any number of them. */
