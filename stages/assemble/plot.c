@@ -154,15 +154,15 @@ static double turned_area(const double *xyz, const idx_t *corner, const double n
 	return fmax(0, base * margin - dot3(doubled, normal)) / 2;
 }
 
-/* The same of a triangle or quad; a quad is cut where that leaves less, as triangulate_polygon does. */
+/* The same of a triangle or quad; a quad by its shorter diagonal, as triangle files cut it. */
 static double face_fold(const double *xyz, const idx_t *corner, size_t count, const double normal[3], double margin)
 {
-	const double one = turned_area(xyz, corner, normal, margin, 0, 1, 2);
 	if (count == 3)
-		return one;
-	const double first = one + turned_area(xyz, corner, normal, margin, 0, 2, 3);
-	const double second = turned_area(xyz, corner, normal, margin, 0, 1, 3) + turned_area(xyz, corner, normal, margin, 1, 2, 3);
-	return fmin(first, second);
+		return turned_area(xyz, corner, normal, margin, 0, 1, 2);
+	const double even = distance3(xyz + 3 * (size_t)corner[0], xyz + 3 * (size_t)corner[2]), odd = distance3(xyz + 3 * (size_t)corner[1], xyz + 3 * (size_t)corner[3]);
+	if (even < odd)
+		return turned_area(xyz, corner, normal, margin, 0, 1, 2) + turned_area(xyz, corner, normal, margin, 0, 2, 3);
+	return turned_area(xyz, corner, normal, margin, 0, 1, 3) + turned_area(xyz, corner, normal, margin, 1, 2, 3);
 }
 
 double plot_fold(double **folded, idx_t **touched, size_t *touched_count, const struct plot *plot, const idx_t *core, size_t core_count, int steps)

@@ -73,7 +73,7 @@ static double top_area(double *turned, const struct cage *cage)
 			continue;
 		const idx_t *corner = fine.face_corner + fine.face_start[f];
 		const size_t n = fine.face_start[f + 1] - fine.face_start[f];
-		double down[2] = {0, 0}; /* by both diagonals of a quad */
+		double down[2] = {0, 0}, diagonal[2] = {0, 0}; /* of a quad: what is upside down by both, and how long they are */
 		for (size_t from = 0; from < n - 2; from++)
 			for (size_t k = 1; k + 1 < n; k++) {
 				double doubled[3];
@@ -82,7 +82,9 @@ static double top_area(double *turned, const struct cage *cage)
 				area += from == 0 ? doubled[2] / 2 : 0;
 				down[from] += fmax(0, -doubled[2] / 2);
 			}
-		*turned += n == 3 ? down[0] : fmin(down[0], down[1]);
+		for (size_t from = 0; n == 4 && from < 2; from++)
+			diagonal[from] = distance3(fine.xyz + 3 * (size_t)corner[from], fine.xyz + 3 * (size_t)corner[from + 2]);
+		*turned += down[diagonal[1] < diagonal[0]];
 	}
 	level_free(&fine), level_free(&level);
 	return area;
