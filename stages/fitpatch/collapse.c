@@ -10,6 +10,7 @@
 #include "stages/fitpatch/facet.h"
 #include "stages/fitpatch/local.h"
 #include "stages/fitpatch/seam.h"
+#include "stages/fitpatch/sharpcurve.h"
 #include "stages/fitpatch/touchup.h"
 #include "stages/geometry/vector.h"
 
@@ -31,6 +32,8 @@ static const double smaller = 0.85;
 static const double seen_folds = 1e-3, larger_unfolded = 1.3;
 /* Or of about the same size, with this share of the mean error. */
 static const double much_closer = 0.7, same_size = 1;
+/* Sharp edges keep within this share of the bound of the largest error, as those of fitted curves do. */
+static const double sharp_share = 0.5;
 /* Bytes of a packed point and face, about. */
 static const double point_bytes = 2.3, face_bytes = 0.4;
 
@@ -216,7 +219,9 @@ enum collapse collapse_try(struct draft *draft, struct layouts *layouts, struct 
 	const size_t patches = dense->patch_count, chains = rounds->target->border->chain_count;
 	struct part_state state = rounds_state(error, dense), own_state = state;
 	double least = rounds_badness(&state, &rounds->bounds);
-	bool within = rounds_within(&state, &rounds->bounds);
+	bool within = rounds_within(&state, &rounds->bounds), kept = within; /* kept: the sharp edges too */
+	/* what the draft does not keep is not asked of others */
+	double most_sharp = fmax(sharp_share * rounds->bounds.max, sharpcurve_distance(draft, rounds->target, rounds->chain_of_curve));
 	for (size_t i = 0; i < draft->control.count; i++)
 		if (draft->control.held[i])
 			return COLLAPSE_NONE; /* what a person moved stays */
@@ -229,7 +234,7 @@ enum collapse collapse_try(struct draft *draft, struct layouts *layouts, struct 
 	struct rounds own = *rounds;
 	own.chain_of_curve = own_chain, own.work = &work, own.most_work = most_work;
 	double distance = first_distance * rounds->bounds.mean;
-	for (int try = 0; try < DISTANCES && dense->triangle_count <= MOST_TRIANGLES && work < (within ? within_work : most_work); try++) {
+	for (int try = 0; try < DISTANCES && dense->triangle_count <= MOST_TRIANGLES && work < (kept ? within_work : most_work); try++) {
 		double step = distance_step;
 		struct draft other;
 		struct patch_error *other_error = mem_array(patches, sizeof *other_error);
@@ -243,16 +248,18 @@ enum collapse collapse_try(struct draft *draft, struct layouts *layouts, struct 
 				facet_rest(&other, &other_layouts, other_error, &own);
 				state = rounds_state(other_error, dense);
 			}
-			const double now = rounds_badness(&state, &rounds->bounds);
-			done = rounds_within(&state, &rounds->bounds);
+			const double now = rounds_badness(&state, &rounds->bounds), sharp = sharpcurve_distance(&other, rounds->target, own_chain);
+			done = rounds_within(&state, &rounds->bounds) && sharp <= most_sharp;
 			futile = dense->triangle_count > PATIENT_TRIANGLES && state.mean <= rounds->bounds.mean && state.worst > FAR_BOUNDS * rounds->bounds.max;
-			take = done && within ? bytes_of(&other) < worth(&own_state, &state) * bytes_of(draft) : done || (!within && now < least);
-			rounds->say("by collapse: %zu points, %zu faces, mean %.4g, largest %.4g, %.3g%% folded: %s", other.control.count, other.polygons.count,
-			            state.mean, state.worst, 100 * state.folded, take ? "taken" : "left");
+			take = done && kept ? bytes_of(&other) < worth(&own_state, &state) * bytes_of(draft) : done || (!kept && now < least);
+			rounds->say("by collapse: %zu points, %zu faces, mean %.4g, largest %.4g, sharp edges %.4g (bound %.4g), %.3g%% folded: %s", other.control.count,
+			            other.polygons.count, state.mean, state.worst, sharp, most_sharp, 100 * state.folded, take ? "taken" : "left");
 			/* Errors fall about with the distance, the largest more slowly. */
-			step = fmin(fmax(0.9 * fmin(rounds->bounds.mean / state.mean, sqrt(rounds->bounds.max / state.worst)), least_step), most_step);
-			if (take)
-				least = now, within = done, own_state = state;
+			step = fmin(fmax(0.9 * fmin(rounds->bounds.mean / state.mean, sqrt(fmin(rounds->bounds.max / state.worst, most_sharp / sharp))), least_step), most_step);
+			if (take) {
+				least = now, within = rounds_within(&state, &rounds->bounds), kept = done, own_state = state;
+				most_sharp = fmin(most_sharp, fmax(sharp_share * rounds->bounds.max, sharp));
+			}
 		} else {
 			rounds->say("by collapse: %s", other_fault.text);
 			done = true;
@@ -271,7 +278,7 @@ enum collapse collapse_try(struct draft *draft, struct layouts *layouts, struct 
 		free(other_error);
 		distance *= step;
 		/* Finer ones would only be larger. */
-		if (done || futile || (within && larger))
+		if (done || futile || (kept && larger))
 			break;
 	}
 	if (!within && try_facets(draft, layouts, error, &own))
