@@ -59,6 +59,7 @@ help:
 	@echo 'bench-segmentation  how well segment finds the faces of the sample parts'
 	@echo 'bench-scaling  time and memory of one part from 1,000 to 1,000,000 triangles; build/scaling.tsv and .svg'
 	@echo 'bench-peers  our bytes against edge collapse and Draco; build/peers.tsv and build/peers.html'
+	@echo 'bench-decode  how fast streams become cages and surfaces; build/decode.tsv'
 	@echo 'lint       compiler warnings as errors (gcc, clang), cppcheck, shellcheck, manual pages'
 	@echo 'fuzz       the readers under libFuzzer, FUZZ_SECONDS each'
 	@echo 'install    into $$(DESTDIR)$(PREFIX); uninstall'
@@ -77,7 +78,7 @@ as_root = $(if $(filter 0,$(shell id -u)),,sudo)
 
 # demo, check, lint and the rest install what they miss before anything is compiled. Where there is no dpkg the libraries are
 # taken to be there; `make deps` says which they are.
-goal_packages = $(if $(filter demo check unit check-san bench bench-peers lint fuzz,$(MAKECMDGOALS)),$(BUILD_PACKAGES)) \
+goal_packages = $(if $(filter demo check unit check-san bench bench-peers bench-decode lint fuzz,$(MAKECMDGOALS)),$(BUILD_PACKAGES)) \
 	$(if $(filter check unit check-san bench lint,$(MAKECMDGOALS)),$(CHECK_PACKAGES)) $(if $(filter lint fuzz,$(MAKECMDGOALS)),$(LINT_PACKAGES))
 ifneq ($(strip $(goal_packages)),)
 ifneq ($(have_dpkg),)
@@ -150,8 +151,9 @@ $(BUILD)/parts: $(BUILD)/tests/fixtures/parts.c.o $(BUILD)/libfixtures.a $(BUILD
 # Writes the streams under tests/formats/ffx; to be run again when the tables of the coder change.
 $(BUILD)/ffxfiles: $(BUILD)/tests/fixtures/ffxfiles.c.o $(BUILD)/libcagewright.a
 	$(call say,link $@)$(CXX) $(all_ldflags) -o $@ $^ -lcmocka $(LIBS)
-# Trains these tables: build/train cages > build/ffx_tables.c
-$(BUILD)/train: $(BUILD)/tests/train/train.c.o $(BUILD)/libcagewright.a
+# Trains these tables: build/train cages > build/ffx_tables.c. corpus makes cages of dense meshes, descend puts them on grids.
+TRAINERS = train corpus descend
+$(TRAINERS:%=$(BUILD)/%): $(BUILD)/%: $(BUILD)/tests/train/%.c.o $(BUILD)/libcagewright.a
 	$(call say,link $@)$(CXX) $(all_ldflags) -o $@ $^ $(LIBS)
 
 $(BUILD)/tests/%: $(BUILD)/tests/unit/%.c.o $(BUILD)/libfixtures.a $(BUILD)/libstages.a $(BUILD)/libcagewright.a
@@ -170,7 +172,7 @@ unit: $(UNITS) | $(deps_first)
 	@$(PROVE) $(UNITS)
 
 # What reads foreign bytes, and the decoder with what it calls.
-SAN_UNITS := $(filter $(foreach t,number input output ply mesh dense network cage conformance export rangecoder facefixer ffx ffxdamage \
+SAN_UNITS := $(filter $(foreach t,number input output ply mesh dense network cage conformance export rangecoder facefixer ffx ffxangle ffxdamage \
 	repair subdivide half,$(BUILD)/tests/test_$(t)),$(UNITS))
 check-san: | $(deps_first)
 	@$(MAKE) --no-print-directory BUILD=build/san SAN=address,undefined san-run
@@ -224,6 +226,17 @@ SCALING_SIZES ?= 1000 3000 10000 30000 100000 300000 1000000
 bench-scaling: $(TOOLS) $(BUILD)/parts | $(deps_first)
 	@BIN=$(abspath $(BIN)) PARTS=$(abspath $(BUILD)/parts) PART_SECONDS=$(PART_SECONDS) PART_MIB=$(PART_MIB) \
 	SCALING_PART='$(SCALING_PART)' SCALING_SIZES='$(SCALING_SIZES)' sh tests/bench/scaling $(BUILD)
+# The streams of the sample parts, or of the parts of DATA (PARTS=names for some alone), packed in little time. Beside OpenSubdiv
+# where libosd-dev is.
+DECODE_EFFORT ?= 1
+DECODE_ROUNDS ?= 101
+OSD := $(firstword $(wildcard /usr/include/opensubdiv/far/primvarRefiner.h /usr/local/include/opensubdiv/far/primvarRefiner.h))
+.PHONY: bench-decode
+bench-decode: $(TOOLS) $(BUILD)/parts $(BUILD)/decode | $(deps_first)
+	@BIN=$(abspath $(BIN)) SAMPLES=$(abspath $(BUILD)/parts) DECODE=$(abspath $(BUILD)/decode) PARTS='$(PARTS)' \
+	DECODE_EFFORT=$(DECODE_EFFORT) DECODE_ROUNDS=$(DECODE_ROUNDS) sh tests/bench/bench-decode '$(DATA)' $(BUILD)
+$(BUILD)/decode: $(BUILD)/tests/bench/decode.c.o $(if $(OSD),$(BUILD)/tests/bench/decode_opensubdiv.cpp.o) $(BUILD)/libcagewright.a
+	$(call say,link $@)$(CXX) $(all_ldflags) -o $@ $^ $(if $(OSD),-losdCPU) $(LIBS)
 $(BUILD)/rand_index: $(BUILD)/tests/bench/rand_index.c.o $(BUILD)/libcagewright.a
 	$(call say,link $@)$(CXX) $(all_ldflags) -o $@ $^ $(LIBS)
 
@@ -296,4 +309,4 @@ clean:
 	rm -rf build bin
 
 -include $(LIB_OBJ:.o=.d) $(KERNEL_OBJ:.o=.d) $(SHIM_OBJ:.o=.d) $(MAIN_OBJ:.o=.d) $(UNIT_OBJ:.o=.d) $(FIXTURE_OBJ:.o=.d)
--include $(FIXTURE_MAINS:%=$(BUILD)/%.d) $(BUILD)/tests/train/train.c.d $(CGAL_OBJ:.o=.d)
+-include $(FIXTURE_MAINS:%=$(BUILD)/%.d) $(TRAINERS:%=$(BUILD)/tests/train/%.c.d) $(CGAL_OBJ:.o=.d)

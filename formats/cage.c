@@ -18,6 +18,19 @@ void cage_free(struct cage *cage)
 	*cage = (struct cage){0};
 }
 
+void cage_copy(struct cage *out, const struct cage *in)
+{
+	const size_t corners = in->face_start[in->face_count];
+	*out = *in;
+	out->xyz = mem_copy(in->xyz, 3 * in->vertex_count, sizeof *in->xyz);
+	out->corner = in->corner ? mem_copy(in->corner, in->vertex_count, sizeof *in->corner) : NULL;
+	out->net = in->net ? mem_copy(in->net, in->vertex_count, sizeof *in->net) : NULL;
+	out->face_corner = mem_copy(in->face_corner, corners, sizeof *in->face_corner);
+	out->face_start = mem_copy(in->face_start, in->face_count + 1, sizeof *in->face_start);
+	out->face_patch = in->face_patch ? mem_copy(in->face_patch, in->face_count, sizeof *in->face_patch) : NULL;
+	out->sharp = mem_copy(in->sharp, 2 * in->sharp_count, sizeof *in->sharp);
+}
+
 static bool read_scheme(struct cage *cage, const struct ply *ply, const char *shown, struct fault *fault)
 {
 	const char *found = NULL;
@@ -183,6 +196,24 @@ done:
 	return fault->code == EX_DONE;
 }
 
+/* "grid": what polish has put the vertices on. A person who moved a vertex leaves the rest as it was: whether a vertex is on the grid is
+ * for its reader to see. */
+static bool read_grid(struct cage *cage, const struct ply_element *grid, const char *shown, struct fault *fault)
+{
+	if (grid->count != 1)
+		return fault_set(fault, EX_BAD_INPUT, "%s: element 'grid' has %zu rows, not one", shown, grid->count);
+	double *origin = ply_points(grid, shown, fault), *step = origin ? ply_numbers(grid, "step", shown, fault) : NULL;
+	if (step) {
+		cage->grid_step = *step;
+		for (int k = 0; k < 3; k++)
+			cage->grid_origin[k] = origin[k];
+		if (!(*step > 0))
+			fault_set(fault, EX_BAD_INPUT, "%s: the step of the grid is not positive", shown);
+	}
+	free(origin), free(step);
+	return fault->code == EX_DONE;
+}
+
 bool cage_from_ply(struct cage *cage, const struct ply *ply, const char *shown, struct fault *fault)
 {
 	*cage = (struct cage){0};
@@ -195,6 +226,9 @@ bool cage_from_ply(struct cage *cage, const struct ply *ply, const char *shown, 
 		good = read_edges(cage, edge, shown, fault);
 	else if (good)
 		cage->sharp = mem_array(0, sizeof *cage->sharp);
+	const struct ply_element *grid = ply_element(ply, "grid");
+	if (good && grid)
+		good = read_grid(cage, grid, shown, fault);
 	if (!good)
 		cage_free(cage);
 	return good;
@@ -236,5 +270,11 @@ void cage_to_ply(struct ply *ply, const struct cage *cage)
 		vertex1[e] = cage->sharp[2 * e];
 		vertex2[e] = cage->sharp[2 * e + 1];
 		sharp[e] = 1;
+	}
+	ply_drop_element(ply, "grid");
+	if (cage->grid_step > 0) {
+		struct ply_element *grid = ply_put_element(ply, "grid", 1);
+		*ply_put_scalar(grid, "step", PLY_FLOAT64) = cage->grid_step;
+		ply_put_points(grid, cage->grid_origin);
 	}
 }

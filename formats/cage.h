@@ -23,12 +23,15 @@ struct cage {
 	idx_t *sharp;            /* 2 * sharp_count vertex indices, lower first, sorted: edges that are creases. Border edges
 	                            (one face) are creases by themselves and are not listed */
 	size_t sharp_count;
+	double grid_step;        /* > 0: the positions lie on a grid of this step, model units, with its origin; 0: anywhere */
+	double grid_origin[3];
 };
 
 void cage_free(struct cage *cage);
+void cage_copy(struct cage *out, const struct cage *in);
 
 /* Read "vertex" (x y z; corner and net optional), "face" (vertex_indices, at least 3 a face, patch optional), "edge"
- * (vertex1 vertex2 sharp; optional), comment "cagewright scheme". Faults: indices out of range, a vertex twice in a face,
+ * (vertex1 vertex2 sharp; optional), comment "cagewright scheme", "grid" (one row: step x y z; optional). Faults: indices out of range, a vertex twice in a face,
  * a sharp edge that no face has, non-finite numbers, an unknown scheme. */
 bool cage_from_ply(struct cage *cage, const struct ply *ply, const char *shown, struct fault *fault);
 void cage_to_ply(struct ply *ply, const struct cage *cage);

@@ -23,13 +23,17 @@ int32_t ffx_grid_steps(unsigned code);
 /* The smallest code that has at least steps steps; FFX_GRID_CODES when there is none. */
 unsigned ffx_grid_code(int32_t steps);
 
-/* How connectivity and positions are coded. A later coder gets the next number; decoders refuse numbers that they do not know. */
-enum ffx_method { FFX_FACE_FIXER = 0 };
+/* How connectivity and positions are coded. */
+enum ffx_method {
+	FFX_BEST = 0,   /* for the encoder only: whichever is smaller */
+	FFX_FORWARD,    /* faces grow around a finished region, positions are coded in between */
+	FFX_FACE_FIXER, /* Face Fixer's labels first, then positions */
+};
 
 /* Positions in space: x = step * (origin / 2^origin_bits + grid). */
 #define FFX_ORIGIN_LIMIT ((int64_t)1 << 48)
 struct ffx_frame {
-	double step;          /* > 0, model units; a value that ffx_frame_step() gives */
+	double step;          /* > 0, model units; a value that ffx_frame_step() gives for the grid and origin_bits */
 	unsigned origin_bits; /* 0 to 15 */
 	int64_t origin[3];    /* |origin| <= FFX_ORIGIN_LIMIT */
 };
@@ -54,11 +58,14 @@ struct ffx {
 
 void ffx_free(struct ffx *ffx);
 
-/* The step nearest to step that a frame can hold (21 bits: within 4.8e-7 of it); 0 when step is outside [2^-120, 2^120]. */
-double ffx_frame_step(double step);
+/* The step nearest to step that a frame of a grid with that many steps and those origin bits can hold: the far end of the grid is
+ * within 2^-origin_bits steps of where step itself would put it. 0 when step is outside [2^-120, 2^120]. */
+double ffx_frame_step(double step, int32_t steps, unsigned origin_bits);
 
-/* The frame of a grid whose lowest corner is low and whose longest side has steps steps: within 1e-6 of the longest side
- * everywhere, with as few bytes for the origin as that takes. False when low is too far away or side cannot be stored. */
+/* The frame of a grid whose lowest corner is low and whose longest side has steps steps: the grid's ends are within 1/16 step
+ * (the far one 3/16) of their places, FFX_FRAME_BITS being 3. A caller who fits positions to the grid loses nothing by that, and
+ * one who needs another place takes more origin bits himself. False when low is too far away or side cannot be stored. */
+#define FFX_FRAME_BITS 3
 bool ffx_frame_choose(struct ffx_frame *frame, const double low[3], double side, int32_t steps);
 
 struct ffx_options {
@@ -72,7 +79,9 @@ struct ffx_report {
 	size_t vertex_count, edge_count, face_count, hole_count, component_count, handle_count, label_count;
 	double bytes_c, bytes_g, bytes_f;
 	size_t root;         /* half-edge that this encoding starts from */
-	size_t bytes_header; /* magic, flags, grid, frame and checksum */
+	enum ffx_method method;
+	double bytes_frame;
+	size_t bytes_header; /* magic, flags, grid and checksum */
 	size_t bytes_total;
 };
 
@@ -82,12 +91,28 @@ struct ffx_report {
 bool ffx_encode(unsigned char **bytes, size_t *size, struct ffx_report *report, const struct ffx *ffx,
 		const struct ffx_options *options, struct fault *fault);
 
+/* What one encoding costs, for searches that change a cage little by little: bytes of the whole stream before its end is rounded,
+ * from start half-edge root (modulo their number; half-edge h below face_start[face_count] is corner h of the lists), by
+ * ffx->method, FFX_BEST meaning FFX_FORWARD. No stream is made. HUGE_VAL on the faults of ffx_encode. work keeps memory from call
+ * to call; one for each thread. report may be NULL. */
+struct ffx_work;
+struct ffx_work *ffx_work_new(void);
+void ffx_work_free(struct ffx_work *work);
+double ffx_cost(struct ffx_work *work, const struct ffx *ffx, size_t root, struct ffx_report *report, struct fault *fault);
+
 /* Unpack. Everything decoded is checked: the result is always an oriented manifold with vertices on the grid. Faults
  * (EX_BAD_INPUT) name shown: wrong magic, a newer version, checksum, truncation, contradictions. */
 bool ffx_decode(struct ffx *ffx, const unsigned char *bytes, size_t size, const char *shown, struct fault *fault);
 
+/* Does it begin like a stream? */
+bool ffx_is_stream(const unsigned char *bytes, size_t size);
+
 /* Is this a stream that ffx_decode accepts? */
 bool ffx_check(const unsigned char *bytes, size_t size, const char *shown, struct fault *fault);
+
+/* A cage whose vertices lie on its grid (cage->grid_step > 0), ready to be packed: each coordinate within a 1000th of a step of a whole number of
+ * steps from the origin. Faults (EX_BAD_INPUT): a vertex beside the grid, more steps than a stream can hold, a place that no frame can hold. */
+bool ffx_from_cage(struct ffx *ffx, const struct cage *cage, struct fault *fault);
 
 /* The cage in model units (without a frame: the longest side of the grid is 1, its lowest corner at 0). */
 void ffx_to_cage(struct cage *cage, const struct ffx *ffx);

@@ -451,34 +451,6 @@ static void take_surface(struct ffx_surface *surface, const struct rebuild *r, i
 	free(number);
 }
 
-/* Labels can say what no cage is: a face that meets itself, two edges between the same vertices, touching holes. */
-static bool check_surface(const struct ffx_surface *surface, struct fault *fault)
-{
-	idx_t *corner = mem_array(surface->half_count, sizeof *corner);
-	size_t *start = mem_array(surface->face_count + 1, sizeof *start);
-	size_t count = 0, faces = 0;
-	for (size_t f = 0; f < surface->face_count; f++) {
-		if (surface->hole[f])
-			continue;
-		idx_t h = surface->first[f];
-		do {
-			corner[count++] = surface->origin[h];
-			h = surface->next[h];
-		} while (h != surface->first[f]);
-		start[++faces] = count;
-	}
-	bool is_good = true;
-	for (size_t h = 0; h < surface->half_count && is_good; h++)
-		if (surface->hole[surface->face[h]] && surface->hole[surface->face[surface->twin[h]]])
-			is_good = fault_set(fault, EX_BAD_INPUT, "an edge without a face");
-	struct ffx_surface again = {0};
-	is_good = is_good && surface_build(&again, corner, start, faces, surface->vertex_count, fault);
-	surface_free(&again);
-	free(corner);
-	free(start);
-	return is_good;
-}
-
 bool connect_code(struct ffx_coder *coder, struct ffx_surface *surface, const struct labels *labels, idx_t **original,
 		  size_t label_limit, struct fault *fault)
 {
@@ -508,7 +480,7 @@ bool connect_code(struct ffx_coder *coder, struct ffx_surface *surface, const st
 		if (labels)
 			*original = from;
 		else
-			is_good = check_surface(surface, fault);
+			is_good = surface_check(surface, fault);
 		if (!is_good)
 			surface_free(surface);
 	}

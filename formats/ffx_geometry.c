@@ -13,7 +13,7 @@
 #define SIDE_CLASSES 17 /* |residual| 1, 2, 3-4, 5-8, ... 32769-65536 */
 #define HISTOGRAM_ONE 64
 #define HISTOGRAM_LIMIT (400 * HISTOGRAM_ONE)
-#define MASS_SHIFT 16
+#define MASS_SHIFT 14
 
 /* A histogram's class: 0 for residual 0, then pairs of - and +. */
 static int class_of(int64_t residual)
@@ -29,46 +29,57 @@ static int class_of(int64_t residual)
 
 struct expert {
 	enum ffx_expert kind;
-	int guess; /* which guess of the vertex it is, or -1 */
 	int32_t at;
-	size_t histogram;
+	size_t histogram, second;
 	unsigned hits;                            /* HIT_STATES */
-	uint64_t zero, side[2][SIDE_CLASSES + 1]; /* masses: of residual 0; below each class on the negative and positive side */
-	uint64_t total;
-	uint64_t low, middle, high; /* mass below the interval's ends */
+	uint32_t zero, side[2][SIDE_CLASSES + 1]; /* masses: of residual 0; below each class on the negative and positive side */
+	uint32_t total;
+	int classes;
+	bool is_out;
+	uint32_t low, middle, high; /* mass below the interval's ends */
 };
 
-static void expert_start(struct expert *expert, const struct ffx_model *model)
+/* The rest is left for expert_start. */
+static void expert_set(struct expert *expert, enum ffx_expert kind, int32_t at, unsigned hits)
+{
+	expert->kind = kind;
+	expert->at = at;
+	expert->hits = hits;
+}
+
+/* classes: as many as residuals on this grid can reach. */
+static void expert_start(struct expert *expert, const struct ffx_model *model, int classes)
 {
 	const uint16_t *count = model->histogram[expert->histogram];
-	expert->zero = (uint64_t)count[0] << MASS_SHIFT;
+	expert->zero = (uint32_t)count[0] << MASS_SHIFT;
 	for (int s = 0; s < 2; s++) {
 		expert->side[s][0] = 0;
-		for (int e = 0; e < SIDE_CLASSES; e++)
-			expert->side[s][e + 1] = expert->side[s][e] + ((uint64_t)count[1 + 2 * e + s] << MASS_SHIFT);
+		for (int e = 0; e < classes; e++)
+			expert->side[s][e + 1] = expert->side[s][e] + ((uint32_t)count[1 + 2 * e + s] << MASS_SHIFT);
 	}
-	expert->total = expert->zero + expert->side[0][SIDE_CLASSES] + expert->side[1][SIDE_CLASSES];
+	expert->classes = classes;
+	expert->total = expert->zero + expert->side[0][classes] + expert->side[1][classes];
 }
 
 /* Mass of the residuals 1 .. size on one side. */
-static uint64_t side_mass(const struct expert *expert, int side, int64_t size)
+static inline uint32_t side_mass(const struct expert *expert, int side, int64_t size)
 {
 	if (size <= 0)
 		return 0;
-	if (size >= 65536)
-		return expert->side[side][SIDE_CLASSES];
+	if (size >= (int64_t)1 << (expert->classes - 1))
+		return expert->side[side][expert->classes];
 	const int e = size == 1 ? 0 : 64 - __builtin_clzll((uint64_t)size - 1);
 	if (e == 0)
 		return expert->side[side][1];
 	const int64_t inside = size - ((int64_t)1 << (e - 1)); /* of 2^(e-1) values */
-	return expert->side[side][e] + (((expert->side[side][e + 1] - expert->side[side][e]) >> (e - 1)) * (uint64_t)inside);
+	return expert->side[side][e] + (((expert->side[side][e + 1] - expert->side[side][e]) >> (e - 1)) * (uint32_t)inside);
 }
 
 /* Mass of all values below x. */
-static uint64_t mass_below(const struct expert *expert, int64_t x)
+static inline uint32_t mass_below(const struct expert *expert, int64_t x)
 {
 	const int64_t residual = x - expert->at;
-	const uint64_t negative = expert->side[0][SIDE_CLASSES];
+	const uint32_t negative = expert->side[0][expert->classes];
 	if (residual <= 0)
 		return negative - side_mass(expert, 0, -residual);
 	return negative + expert->zero + side_mass(expert, 1, residual - 1);
@@ -79,21 +90,14 @@ static void expert_learn(const struct expert *expert, struct ffx_model *model, i
 	uint16_t *count = model->histogram[expert->histogram];
 	const int class = class_of((int64_t)value - expert->at);
 	count[class] = (uint16_t)(count[class] + HISTOGRAM_ONE);
-	uint32_t sum = 0;
-	for (int i = 0; i < HISTOGRAM_CLASSES; i++)
-		sum += count[i];
-	if (sum > HISTOGRAM_LIMIT)
+	/* Several experts may share a histogram: its sum may have grown since total was taken, but that waits until the next one.
+	 */
+	if ((expert->total >> MASS_SHIFT) + HISTOGRAM_ONE > HISTOGRAM_LIMIT)
 		for (int i = 0; i < HISTOGRAM_CLASSES; i++)
 			count[i] = (uint16_t)((count[i] + 1) / 2);
 	if (model->training)
 		model->training->histogram[expert->histogram][class]++;
 }
-
-/* How often each value has been seen: a binary tree of counts, its root at 1. */
-struct seen_values {
-	uint32_t *count;
-	int bits;
-};
 
 static void seen_add(struct seen_values *seen, int32_t value)
 {
@@ -101,18 +105,10 @@ static void seen_add(struct seen_values *seen, int32_t value)
 		seen->count[node]++;
 }
 
-struct geometry {
-	struct ffx_coder *coder;
-	int32_t steps;
-	int bits;
-	unsigned scale;             /* SCALE_CLASSES */
-	struct seen_values seen[4]; /* by axis, and all */
-};
-
 static unsigned alive_class(const struct expert *expert)
 {
-	const uint64_t alive = expert->high - expert->low, total = expert->total;
-	return alive > total / 2 ? 0 : alive > total / 8 ? 1 : alive > total / 64 ? 2 : alive > total / 1024 ? 3 : 4;
+	const uint32_t alive = expert->high - expert->low, total = expert->total;
+	return alive > total / 2 ? 0 : alive > total / 8 ? 1 : alive > total / 64 ? 2 : 3;
 }
 
 static unsigned level_class(int bits, int level)
@@ -120,14 +116,15 @@ static unsigned level_class(int bits, int level)
 	return level >= bits - 2 ? 0 : level >= 5 ? 1 : level >= 2 ? 2 : 3;
 }
 
-static int32_t code_coordinate(struct geometry *g, int axis, struct expert *expert, size_t expert_count, int32_t value)
+static int32_t code_coordinate(struct geometry *g, int axis, int phase, struct expert *expert, size_t expert_count, int32_t value)
 {
 	for (size_t i = 0; i < expert_count; i++) {
-		expert_start(&expert[i], g->coder->model);
+		expert_start(&expert[i], g->coder->model, g->bits + 3 < SIDE_CLASSES ? g->bits + 3 : SIDE_CLASSES);
 		expert[i].low = mass_below(&expert[i], 0);
 		expert[i].high = mass_below(&expert[i], g->steps + (int64_t)1);
 	}
-	const size_t company = expert_count <= 5 ? 0 : expert_count <= 9 ? 1 : 2;
+	const size_t company = phase >= 0 ? (size_t)phase : expert_count <= 5 ? 0 : expert_count <= 9 ? 1 : 2;
+	const size_t cache = phase >= 0 ? 2 : 0;
 	int32_t low = 0;
 	size_t node = 1;
 	for (int level = g->bits - 1; level >= 0; level--) {
@@ -138,14 +135,18 @@ static int32_t code_coordinate(struct geometry *g, int axis, struct expert *expe
 			const size_t rung = level_class(g->bits, level);
 			for (size_t i = 0; i < expert_count; i++) {
 				struct expert *e = &expert[i];
+				e->is_out = e->high - e->low <= e->total >> 10;
+				if (e->is_out) /* wrong by far, and stays so */
+					continue;
 				e->middle = mass_below(e, middle);
 				const size_t weight =
 					(((e->kind * (size_t)ALIVE_CLASSES + alive_class(e)) * HIT_STATES + e->hits) *
 						 LEVEL_CLASSES +
 					 rung) * COMPANY_CLASSES +
 					company;
-				mix_logit(g->coder, model_log2(e->high - e->middle + 1) - model_log2(e->middle - e->low + 1),
-					  WEIGHT_EXPERT + weight);
+				mix_logit_twice(g->coder,
+						model_log2(e->high - e->middle + 1) - model_log2(e->middle - e->low + 1),
+						WEIGHT_EXPERT + weight, e->second);
 			}
 			for (size_t s = 0; s < 2; s++) {
 				const uint32_t *count = g->seen[s == 0 ? axis : 3].count;
@@ -159,7 +160,8 @@ static int32_t code_coordinate(struct geometry *g, int axis, struct expert *expe
 						     : all <= 20 ? 4
 								 : 5;
 				const size_t weight =
-					((s * CACHE_CLASSES + class) * LEVEL_CLASSES + rung) * COMPANY_CLASSES + company;
+					(((cache + s) * CACHE_CLASSES + class) * LEVEL_CLASSES + rung) * COMPANY_CLASSES +
+					company;
 				mix_logit(g->coder,
 					  model_log2(16 * (uint64_t)count[2 * node + 1] + 2) -
 						  model_log2(16 * (uint64_t)count[2 * node] + 2),
@@ -168,6 +170,8 @@ static int32_t code_coordinate(struct geometry *g, int axis, struct expert *expe
 			bit = mix_code(g->coder, value >> level & 1);
 		}
 		for (size_t i = 0; i < expert_count && !bit_known; i++) {
+			if (expert[i].is_out)
+				continue;
 			if (bit)
 				expert[i].low = expert[i].middle;
 			else
@@ -184,7 +188,7 @@ static int32_t code_coordinate(struct geometry *g, int axis, struct expert *expe
 	return low;
 }
 
-static void code_vertex(struct geometry *g, const struct guesses *guesses, int32_t point[3])
+void geometry_vertex(struct geometry *g, const struct guesses *guesses, int32_t point[3])
 {
 	unsigned hits[GUESS_LIMIT] = {0};
 	for (int step = 0; step < 3; step++) {
@@ -192,18 +196,21 @@ static void code_vertex(struct geometry *g, const struct guesses *guesses, int32
 		struct expert expert[GUESS_LIMIT + PLANE_LIMIT];
 		size_t count = 0;
 		for (size_t i = 0; i < guesses->guess_count; i++)
-			expert[count++] = (struct expert){.kind = guesses->guess[i].kind,
-							  .guess = (int)i,
-							  .at = guesses->guess[i].at[axis],
-							  .hits = hits[i]};
+			expert_set(&expert[count++], guesses->guess[i].kind, guesses->guess[i].at[axis], hits[i]);
 		int32_t told[PLANE_LIMIT];
 		enum ffx_expert kind[PLANE_LIMIT];
 		const size_t told_count = predict_from_planes(told, kind, guesses, step, point);
 		for (size_t i = 0; i < told_count; i++)
-			expert[count++] = (struct expert){.kind = kind[i], .guess = -1, .at = told[i]};
-		for (size_t i = 0; i < count; i++)
+			expert_set(&expert[count++], kind[i], told[i], 0);
+		for (size_t i = 0; i < count; i++) {
+			size_t agree = 0;
+			for (size_t j = 0; j < count; j++)
+				agree += j != i && expert[j].at == expert[i].at;
+			expert[i].second = WEIGHT_SECOND + (expert[i].kind * (size_t)3 + (size_t)step) * AGREE_CLASSES +
+					   (agree < AGREE_CLASSES ? agree : AGREE_CLASSES - 1);
 			expert[i].histogram = (expert[i].kind * (size_t)HIT_STATES + expert[i].hits) * SCALE_CLASSES + g->scale;
-		point[axis] = code_coordinate(g, axis, expert, count, point[axis]);
+		}
+		point[axis] = code_coordinate(g, axis, guesses->phase, expert, count, point[axis]);
 		for (size_t i = 0; i < guesses->guess_count; i++) {
 			const bool is_hit = guesses->guess[i].at[axis] == point[axis];
 			hits[i] = is_hit ? (step == 0 || hits[i] == 1 ? 1 : 2) : 3;
@@ -211,26 +218,44 @@ static void code_vertex(struct geometry *g, const struct guesses *guesses, int32
 	}
 }
 
+void geometry_start(struct geometry *g, struct ffx_coder *coder, int32_t steps)
+{
+	int bits = 0;
+	while (steps >> bits > 0)
+		bits++;
+	g->coder = coder;
+	g->steps = steps;
+	g->scale = (unsigned)(bits <= 7 ? 0 : bits >= 11 ? 4 : bits - 7);
+	for (int i = 0; i < 4; i++) {
+		const size_t size = (size_t)2 << bits;
+		if (!g->seen[i].count || g->bits != bits)
+			g->seen[i].count = mem_resize(g->seen[i].count, size, sizeof(uint32_t));
+		memset(g->seen[i].count, 0, size * sizeof(uint32_t));
+		g->seen[i].bits = bits;
+	}
+	g->bits = bits;
+}
+
+void geometry_free(struct geometry *g)
+{
+	for (int i = 0; i < 4; i++)
+		free(g->seen[i].count);
+	*g = (struct geometry){0};
+}
+
 bool geometry_code(struct ffx_coder *coder, const struct ffx_surface *surface, const idx_t *order, const idx_t *rank,
 		   int32_t *grid, int32_t steps, struct fault *fault)
 {
-	struct geometry g = {.coder = coder, .steps = steps};
-	while (steps >> g.bits > 0)
-		g.bits++;
-	g.scale = (unsigned)(g.bits <= 7 ? 0 : g.bits >= 11 ? 4 : g.bits - 7);
-	for (int i = 0; i < 4; i++) {
-		g.seen[i].bits = g.bits;
-		g.seen[i].count = mem_array((size_t)2 << g.bits, sizeof(uint32_t));
-	}
+	struct geometry g = {0};
+	geometry_start(&g, coder, steps);
 	bool is_good = true;
 	for (size_t i = 0; i < surface->vertex_count && is_good; i++) {
 		struct guesses guesses;
 		predict_vertex(&guesses, surface, order, rank, i, grid);
-		code_vertex(&g, &guesses, grid + 3 * (size_t)order[i]);
+		geometry_vertex(&g, &guesses, grid + 3 * (size_t)order[i]);
 		if (coder->range.is_overrun)
 			is_good = fault_set(fault, EX_BAD_INPUT, "the stream ends too early");
 	}
-	for (int i = 0; i < 4; i++)
-		free(g.seen[i].count);
+	geometry_free(&g);
 	return is_good;
 }

@@ -8,6 +8,26 @@
 #include "formats/ffx_model.h"
 #include "formats/ffx_surface.h"
 
+/* How often each value has been seen: a binary tree of counts, its root at 1. */
+struct seen_values {
+	uint32_t *count;
+	int bits;
+};
+
+/* The state of position coding: zero at first; geometry_start sets it up and may be called again for the next stream. */
+struct geometry {
+	struct ffx_coder *coder;
+	int32_t steps;
+	int bits;
+	unsigned scale;             /* SCALE_CLASSES */
+	struct seen_values seen[4]; /* by axis, and all */
+};
+struct guesses;
+void geometry_start(struct geometry *geometry, struct ffx_coder *coder, int32_t steps);
+void geometry_free(struct geometry *geometry);
+/* Code one vertex; encoding reads point, decoding fills it. */
+void geometry_vertex(struct geometry *geometry, const struct guesses *guesses, int32_t point[3]);
+
 /* Code the positions of all vertices in the given order (predict_order): grid, 3 a vertex, in [0, steps]. Encoding reads
  * grid, decoding fills it. Faults: the stream ends too early. */
 bool geometry_code(struct ffx_coder *coder, const struct ffx_surface *surface, const idx_t *order, const idx_t *rank,

@@ -43,12 +43,26 @@ static const uint32_t exp2_table[256] = {
 	130718,
 };
 
+/* 256 * log2(1 + (i + 1/2) / 256) */
+const uint8_t model_log2_table[256] = {
+	1,   2,   4,   5,   6,   8,   9,   11,  12,  13,  15,  16,  18,  19,  20,  22,  23,  24,  26,  27,  28,  30,  31,  32,
+	34,  35,  36,  38,  39,  40,  42,  43,  44,  45,  47,  48,  49,  50,  52,  53,  54,  55,  57,  58,  59,  60,  62,  63,
+	64,  65,  66,  68,  69,  70,  71,  72,  74,  75,  76,  77,  78,  80,  81,  82,  83,  84,  85,  86,  88,  89,  90,  91,
+	92,  93,  94,  95,  97,  98,  99,  100, 101, 102, 103, 104, 105, 106, 108, 109, 110, 111, 112, 113, 114, 115, 116, 117,
+	118, 119, 120, 121, 122, 123, 124, 125, 126, 127, 128, 129, 131, 132, 133, 134, 135, 136, 137, 138, 139, 140, 140, 141,
+	142, 143, 144, 145, 146, 147, 148, 149, 150, 151, 152, 153, 154, 155, 156, 157, 158, 159, 160, 161, 162, 163, 163, 164,
+	165, 166, 167, 168, 169, 170, 171, 172, 173, 173, 174, 175, 176, 177, 178, 179, 180, 181, 182, 182, 183, 184, 185, 186,
+	187, 188, 189, 189, 190, 191, 192, 193, 194, 195, 195, 196, 197, 198, 199, 200, 200, 201, 202, 203, 204, 205, 205, 206,
+	207, 208, 209, 210, 210, 211, 212, 213, 214, 214, 215, 216, 217, 218, 218, 219, 220, 221, 222, 222, 223, 224, 225, 226,
+	226, 227, 228, 229, 229, 230, 231, 232, 233, 233, 234, 235, 236, 236, 237, 238, 239, 239, 240, 241, 242, 242, 243, 244,
+	245, 245, 246, 247, 248, 248, 249, 250, 251, 251, 252, 253, 253, 254, 255, 255,
+};
+
 #define COUNT_ONE 32   /* one observation */
 #define COUNT_START 13 /* the 0.4 that each side of a context has before anything is seen (Krichevsky and Trofimov take 0.5) */
 #define COUNT_LIMIT (255 * COUNT_ONE)
-#define LOGIT_LIMIT (12 * 256)
 #define PROBABILITY_LEAST 16 /* of RANGE_ONE: bounds the cost of a surprise, and the decisions that a byte can hold */
-#define LEARN_SHIFT 14
+#define LEARN_SHIFT 15
 
 /* log2(x) in 1/4096. */
 static int32_t log2_fine(uint64_t x)
@@ -58,11 +72,6 @@ static int32_t log2_fine(uint64_t x)
 	const uint64_t mantissa = (top > 24 ? x >> (top - 24) : x << (24 - top)) & 0xffffff;
 	const uint32_t i = (uint32_t)(mantissa >> 16), part = (uint32_t)(mantissa & 0xffff);
 	return top * 4096 + log2_table[i] + (int32_t)((log2_table[i + 1] - log2_table[i]) * (uint64_t)part >> 16);
-}
-
-int32_t model_log2(uint64_t x)
-{
-	return log2_fine(x) / 16;
 }
 
 /* The probability of 1 for a logit: RANGE_ONE / (1 + 2^-logit). */
@@ -77,19 +86,58 @@ static uint32_t squash(int32_t logit)
 	return is_negative ? bounded : RANGE_ONE - bounded;
 }
 
-void model_load(struct ffx_model *model, const unsigned char *count, const short *weight, const unsigned short *histogram)
+/* A packed context: 1 + 31 level + share. The level says how often it was seen, in 1/32 observations, the share how many of those
+ * were ones, in 1/4096. */
+static const uint16_t seen_levels[TABLE_LEVELS] = {11, 32, 64, 128, 256, 448, 640, 960};
+static const uint16_t share_of_ones[TABLE_SHARES] = {6,    10,   15,   23,   36,   55,   84,   128,  193,  289,  428,
+						     623,  885,  1218, 1615, 2048, 2481, 2878, 3211, 3473, 3668, 3807,
+						     3903, 3968, 4012, 4041, 4060, 4073, 4081, 4086, 4090};
+/* 65536 * 2^(i / 16) is every 16th of exp2_table. */
+
+void model_context_of(uint16_t count[2], unsigned code)
 {
-	for (size_t i = 0; i < 2 * FFX_CONTEXTS; i++)
-		model->count[i] = (uint16_t)(count[i] * (COUNT_ONE / 8));
+	const uint32_t all = seen_levels[(code - 1) / TABLE_SHARES];
+	count[1] = (uint16_t)((all * share_of_ones[(code - 1) % TABLE_SHARES] + 2048) >> 12);
+	count[0] = (uint16_t)(all - count[1]);
+}
+
+uint16_t model_histogram_of(unsigned code)
+{
+	return (uint16_t)((((uint64_t)exp2_table[code % 16 * 16] << (code / 16)) + 32768) >> 16);
+}
+
+void model_unpack(struct ffx_model *model, const unsigned char *context, const signed char *weight,
+		  const unsigned char *histogram)
+{
+	memset(model, 0, sizeof *model);
+	/* A zero and a number stand for so many contexts that were never seen. */
+	for (size_t i = 0; i < FFX_CONTEXTS; context++) {
+		if (*context == 0)
+			i += *++context;
+		else
+			model_context_of(model->count + 2 * i++, *context);
+	}
 	for (size_t i = 0; i < FFX_WEIGHTS; i++)
-		model->weight[i] = weight[i] * 16;
-	memcpy(model->histogram, histogram, sizeof model->histogram);
-	model->training = NULL;
+		model->weight[i] = weight[i] * 1024;
+	for (size_t i = 0; i < FFX_HISTOGRAMS; i++)
+		for (size_t k = 0; k < HISTOGRAM_CLASSES; k++)
+			model->histogram[i][k] = model_histogram_of(histogram[i * TABLE_CLASSES + (k + 1) / 2]);
 }
 
 void model_init(struct ffx_model *model)
 {
-	model_load(model, ffx_table_count, ffx_table_weight, ffx_table_histogram);
+	model_unpack(model, ffx_table_context, ffx_table_weight, ffx_table_histogram);
+}
+
+void model_reset(struct ffx_model *model, const struct ffx_model *start, bool is_forward)
+{
+	if (!is_forward) {
+		memcpy(model, start, sizeof *model);
+		return;
+	}
+	memcpy(model->count, start->count, 2 * (size_t)CONTEXT_LABEL * sizeof *model->count);
+	memcpy(model->weight, start->weight, sizeof model->weight);
+	memcpy(model->histogram, start->histogram, sizeof model->histogram);
 }
 
 static unsigned confidence(uint32_t seen)
@@ -111,21 +159,12 @@ static void update_count(struct ffx_model *model, size_t context, unsigned bit)
 		model->training->count[2 * context + bit]++;
 }
 
-void mix_logit(struct ffx_coder *coder, int32_t logit, size_t weight)
-{
-	assert(coder->input_count < MIX_LIMIT && weight < FFX_WEIGHTS);
-	const size_t i = coder->input_count++;
-	coder->logit[i] = logit > LOGIT_LIMIT ? LOGIT_LIMIT : logit < -LOGIT_LIMIT ? -LOGIT_LIMIT : logit;
-	coder->weight[i] = weight;
-	coder->context[i] = SIZE_MAX;
-}
-
 void mix_context(struct ffx_coder *coder, size_t context, size_t weight)
 {
 	assert(context < FFX_CONTEXTS);
 	const uint16_t *n = coder->model->count + 2 * context;
 	mix_logit(coder, model_log2(n[1] + COUNT_START) - model_log2(n[0] + COUNT_START), weight + confidence(n[0] + n[1]));
-	coder->context[coder->input_count - 1] = context;
+	coder->context[coder->input_count - 1] = (uint32_t)context;
 }
 
 static unsigned code_bit(struct ffx_coder *coder, uint32_t probability, unsigned bit)
@@ -135,26 +174,43 @@ static unsigned code_bit(struct ffx_coder *coder, uint32_t probability, unsigned
 	return bit;
 }
 
+static void learn_weight(struct ffx_model *model, size_t weight, int32_t by)
+{
+	const int32_t learned = model->weight[weight] + by;
+	model->weight[weight] = learned > 8 * 65536 ? 8 * 65536 : learned < -8 * 65536 ? -8 * 65536 : learned;
+}
+
 unsigned mix_code(struct ffx_coder *coder, unsigned bit)
 {
 	struct ffx_model *model = coder->model;
 	int64_t sum = 0;
-	for (size_t i = 0; i < coder->input_count; i++)
-		sum += (int64_t)model->weight[coder->weight[i]] * coder->logit[i];
+	for (size_t i = 0; i < coder->input_count; i++) {
+		int64_t weight = model->weight[coder->weight[i]];
+		if (coder->second[i] != UINT32_MAX)
+			weight += model->weight[coder->second[i]];
+		sum += weight * coder->logit[i];
+	}
 	sum = shift_down(sum, 16);
 	const uint32_t probability = squash((int32_t)(sum > LOGIT_LIMIT ? LOGIT_LIMIT : sum < -LOGIT_LIMIT ? -LOGIT_LIMIT : sum));
 	bit = code_bit(coder, probability, bit);
-	const int64_t miss = (int64_t)(bit ? RANGE_ONE : 0) - probability;
+	const int32_t miss = (int32_t)(bit ? RANGE_ONE : 0) - (int32_t)probability;
 	const int shift = model->training ? model->training->weight_shift : LEARN_SHIFT;
 	for (size_t i = 0; i < coder->input_count; i++) {
-		int32_t *weight = model->weight + coder->weight[i];
-		const int64_t learned = *weight + shift_down(miss * coder->logit[i], shift);
-		*weight = (int32_t)(learned > 8 * 65536 ? 8 * 65536 : learned < -8 * 65536 ? -8 * 65536 : learned);
-		if (coder->context[i] != SIZE_MAX)
+		/* Rounded down: 2^30 keeps what is shifted above 0. */
+		const int32_t by = (int32_t)((uint32_t)(miss * coder->logit[i] + (1 << 30)) >> shift) - (1 << (30 - shift));
+		learn_weight(model, coder->weight[i], by);
+		if (coder->second[i] != UINT32_MAX)
+			learn_weight(model, coder->second[i], by);
+		if (coder->context[i] != UINT32_MAX)
 			update_count(model, coder->context[i], bit);
 	}
 	coder->input_count = 0;
 	return bit;
+}
+
+unsigned model_fixed(struct ffx_coder *coder, uint32_t probability, unsigned bit)
+{
+	return code_bit(coder, probability, bit);
 }
 
 unsigned model_bit(struct ffx_coder *coder, size_t context, unsigned bit)

@@ -7,6 +7,9 @@
 #ifndef CAGEWRIGHT_FFX_MODEL_H
 #define CAGEWRIGHT_FFX_MODEL_H
 
+#include <assert.h>
+#include <stdbool.h>
+
 #include "formats/range.h"
 
 /* --- labels of connectivity ------------------------------------------------------------------------------------- */
@@ -29,19 +32,7 @@ enum ffx_label {
 #define LENGTH_CAP 6  /* boundary lengths 2, 3, 4, 5, 6, more */
 #define LABEL_INPUTS 9
 enum {
-	CONTEXT_LABEL = 0, /* a node of the label tree, in each of its inputs */
-	LABEL_SIZE_0 = LABEL_COUNT * LENGTH_CAP,
-	LABEL_SIZE_1 = LABEL_COUNT * LABEL_COUNT,
-	LABEL_SIZE_2 = VALENCE_CAP * VALENCE_CAP * 2,
-	LABEL_SIZE_3 = LABEL_COUNT * VALENCE_CAP * LENGTH_CAP,
-	LABEL_SIZE_4 = LABEL_COUNT * VALENCE_CAP * 2,
-	LABEL_SIZE_5 = VALENCE_CAP * VALENCE_CAP * VALENCE_CAP,
-	LABEL_SIZE_6 = 5 * VALENCE_CAP * VALENCE_CAP * 3,
-	LABEL_SIZE_7 = 5 * 5 * LENGTH_CAP,
-	LABEL_SIZE_8 = VALENCE_CAP * VALENCE_CAP * VALENCE_CAP * 4,
-	LABEL_SIZE = LABEL_SIZE_0 + LABEL_SIZE_1 + LABEL_SIZE_2 + LABEL_SIZE_3 + LABEL_SIZE_4 + LABEL_SIZE_5 + LABEL_SIZE_6 +
-		     LABEL_SIZE_7 + LABEL_SIZE_8,
-	CONTEXT_DONE = CONTEXT_LABEL + LABEL_COUNT * LABEL_SIZE,
+	CONTEXT_DONE = 0,
 	CONTEXT_MORE = CONTEXT_DONE + 4,
 	CONTEXT_DEGREE = CONTEXT_MORE + 1, /* Exp-Golomb of long faces, of holes: 2 x 32 */
 	CONTEXT_DEGREE_SIZE = 32,
@@ -55,7 +46,29 @@ enum {
 	CORNER_SIZE = 96,
 	CONTEXT_PATCH = CONTEXT_CORNER + CORNER_INPUTS * CORNER_SIZE,
 	PATCH_SIZE = 3 * DIHEDRAL_CLASSES,
-	FFX_CONTEXTS = CONTEXT_PATCH + PATCH_SIZE,
+	/* --- forward coder: borders, components, and the questions about each corner of a face --- */
+	CONTEXT_BORDER = CONTEXT_PATCH + PATCH_SIZE, /* 4 */
+	CONTEXT_HAS_BORDER = CONTEXT_BORDER + 4,
+	CONTEXT_MORE_FORWARD,
+	CONTEXT_RANK, /* Exp-Golomb */
+	CONTEXT_ASK = CONTEXT_RANK + 32,
+	ASK_COUNT = 3, /* along, close, new */
+	ASK_INPUTS = 9,
+	ASK_ROOM = 480, /* of one input */
+	/* --- Face Fixer --- */
+	CONTEXT_LABEL = CONTEXT_ASK + ASK_COUNT * ASK_INPUTS * ASK_ROOM, /* a node of the label tree, in each of its inputs */
+	LABEL_SIZE_0 = LABEL_COUNT * LENGTH_CAP,
+	LABEL_SIZE_1 = LABEL_COUNT * LABEL_COUNT,
+	LABEL_SIZE_2 = VALENCE_CAP * VALENCE_CAP * 2,
+	LABEL_SIZE_3 = LABEL_COUNT * VALENCE_CAP * LENGTH_CAP,
+	LABEL_SIZE_4 = LABEL_COUNT * VALENCE_CAP * 2,
+	LABEL_SIZE_5 = VALENCE_CAP * VALENCE_CAP * VALENCE_CAP,
+	LABEL_SIZE_6 = 5 * VALENCE_CAP * VALENCE_CAP * 3,
+	LABEL_SIZE_7 = 5 * 5 * LENGTH_CAP,
+	LABEL_SIZE_8 = VALENCE_CAP * VALENCE_CAP * VALENCE_CAP * 4,
+	LABEL_SIZE = LABEL_SIZE_0 + LABEL_SIZE_1 + LABEL_SIZE_2 + LABEL_SIZE_3 + LABEL_SIZE_4 + LABEL_SIZE_5 + LABEL_SIZE_6 +
+		     LABEL_SIZE_7 + LABEL_SIZE_8,
+	FFX_CONTEXTS = CONTEXT_LABEL + LABEL_COUNT * LABEL_SIZE,
 };
 
 /* --- experts of geometry: what kind of prediction ---------------------------------------------------------------- */
@@ -73,13 +86,40 @@ enum ffx_expert {
 	EXPERT_LINE,       /* two planes and one known axis */
 	EXPERT_POINT,      /* three planes */
 	EXPERT_LAST,       /* the vertex coded before */
+	/* Of the forward coder. p is the corner before the new one, n the next known one; d, d2 the boundary's vertices from p
+	 * on, outside the face, x, x2 those from n backward; q the corner before p across the last old edge, r behind n likewise.
+	 */
+	FORE_QUAD,      /* p + n - the opposite corner */
+	FORE_ACROSS,    /* a triangle's across its old edge */
+	FORE_POLYGON,   /* regular polygon from three corners in a row */
+	FORE_PREVIOUS,  /* p + x - n */
+	FORE_STRAIGHT,  /* 2 p - q, 2 n - r */
+	FORE_FOLLOWING, /* p + d2 - d, n + x2 - x */
+	FORE_MEAN,      /* of those */
+	FORE_C,         /* coordinates of p, n, the ones next to them, and those above */
+	FORE_A,
+	FORE_P,
+	FORE_B,
+	FORE_X,
+	FORE_D,
+	FORE_X2,
+	FORE_D2,
+	FORE_Q,
+	FORE_R,
+	FORE_LAST,         /* the vertex placed before */
+	FORE_PLANE,        /* the face's */
+	FORE_PLANE_BEHIND, /* p d d2 */
+	FORE_PLANE_BEFORE, /* n x x2 */
+	FORE_PLANE_ACROSS, /* of the face across, when it alone is known */
+	FORE_LINE,         /* two planes, the face's among them */
+	FORE_LINE_OTHER,   /* two others */
+	FORE_POINT,        /* three */
 	EXPERT_COUNT,
 };
-#define EXPERT_LIMIT 20 /* experts at one coordinate */
 #define HIT_STATES 4    /* of an expert at earlier axes of the same vertex: none yet, all hit, last hit, last missed */
 #define SCALE_CLASSES 5 /* of the grid: up to 7 bits, 8, 9, 10, more */
 #define HISTOGRAM_CLASSES 35
-#define ALIVE_CLASSES 5
+#define ALIVE_CLASSES 4
 #define LEVEL_CLASSES 4
 #define CACHE_CLASSES 6
 #define COMPANY_CLASSES 3
@@ -94,13 +134,20 @@ enum {
 	WEIGHT_PATCH = WEIGHT_CORNER + CORNER_INPUTS * CONFIDENCE_CLASSES,
 	WEIGHT_EXPERT = WEIGHT_PATCH + CONFIDENCE_CLASSES,
 	WEIGHT_CACHE = WEIGHT_EXPERT + EXPERT_COUNT * ALIVE_CLASSES * HIT_STATES * LEVEL_CLASSES * COMPANY_CLASSES,
-	FFX_WEIGHTS = WEIGHT_CACHE + 3 * CACHE_CLASSES * LEVEL_CLASSES * COMPANY_CLASSES,
+	AGREE_CLASSES = 4, /* a second weight of each expert, by the place of the axis and how many others say the same */
+	WEIGHT_SECOND = WEIGHT_CACHE + 4 * CACHE_CLASSES * LEVEL_CLASSES * COMPANY_CLASSES,
+	WEIGHT_ASK = WEIGHT_SECOND + EXPERT_COUNT * 3 * AGREE_CLASSES,
+	FFX_WEIGHTS = WEIGHT_ASK + ASK_COUNT * ASK_INPUTS * CONFIDENCE_CLASSES,
 };
 
+#define TABLE_LEVELS 8
+#define TABLE_SHARES 31
+#define TABLE_CLASSES ((HISTOGRAM_CLASSES + 1) / 2)
+
 /* --- tables (ffx_tables.c, written by tests/train) --- */
-extern const unsigned char ffx_table_count[2 * FFX_CONTEXTS];                        /* 1/8 of an observation */
-extern const short ffx_table_weight[FFX_WEIGHTS];                                    /* 1/4096 */
-extern const unsigned short ffx_table_histogram[FFX_HISTOGRAMS * HISTOGRAM_CLASSES]; /* 1/64 of an observation, > 0 */
+extern const unsigned char ffx_table_context[];                                 /* packed, see model_unpack */
+extern const signed char ffx_table_weight[FFX_WEIGHTS];                         /* 1/64 */
+extern const unsigned char ffx_table_histogram[FFX_HISTOGRAMS * TABLE_CLASSES]; /* of 0, +-1, ...: 16 log2 of 1/64 observation */
 
 /* --- the model ---------------------------------------------------------------------------------------------------- */
 struct ffx_training; /* tests/train looks on through this */
@@ -116,29 +163,56 @@ struct ffx_training {
 	int weight_shift; /* learning: larger is slower */
 };
 
-#define MIX_LIMIT 32
+#define MIX_LIMIT 40
 struct ffx_coder {
 	struct range range;
 	struct ffx_model *model;
 	size_t input_count;
 	int32_t logit[MIX_LIMIT];
-	size_t weight[MIX_LIMIT];
-	size_t context[MIX_LIMIT];
-	uint64_t cost; /* 1/4096 bit, of all decisions so far */
+	uint32_t weight[MIX_LIMIT], second[MIX_LIMIT], context[MIX_LIMIT]; /* UINT32_MAX: none */
+	uint64_t cost;                                                     /* 1/4096 bit, of all decisions so far */
 };
 
-/* Start with the compiled tables; or with others (tests/train). */
+/* Start with the compiled tables. */
 void model_init(struct ffx_model *model);
-void model_load(struct ffx_model *model, const unsigned char *count, const short *weight, const unsigned short *histogram);
+/* A copy of another, started model; of what the forward coder needs only, when that is all that was or will be used. */
+void model_reset(struct ffx_model *model, const struct ffx_model *start, bool is_forward);
+/* From packed tables: those compiled in, or others (tests/train). */
+void model_unpack(struct ffx_model *model, const unsigned char *context, const signed char *weight,
+		  const unsigned char *histogram);
+/* What a packed context, 1 to 248, and a packed count, 0 to 255, mean in the model's units. */
+void model_context_of(uint16_t count[2], unsigned code);
+uint16_t model_histogram_of(unsigned code);
 
 /* log2(x) in 1/256, x > 0. */
-int32_t model_log2(uint64_t x);
+extern const uint8_t model_log2_table[256];
+static inline int32_t model_log2(uint64_t x)
+{
+	assert(x > 0);
+	const int top = 63 - __builtin_clzll(x);
+	return top * 256 + model_log2_table[(top > 8 ? x >> (top - 8) : x << (8 - top)) & 255];
+}
 
 /* Collect the inputs of one decision, then code it. */
 void mix_context(struct ffx_coder *coder, size_t context, size_t weight); /* weight: the first of CONFIDENCE_CLASSES */
-void mix_logit(struct ffx_coder *coder, int32_t logit, size_t weight);    /* > 0: the bit is rather 1 */
+#define LOGIT_LIMIT (12 * 256)
+static inline void mix_logit(struct ffx_coder *coder, int32_t logit, size_t weight) /* > 0: the bit is rather 1 */
+{
+	assert(coder->input_count < MIX_LIMIT && weight < FFX_WEIGHTS);
+	const size_t i = coder->input_count++;
+	coder->logit[i] = logit > LOGIT_LIMIT ? LOGIT_LIMIT : logit < -LOGIT_LIMIT ? -LOGIT_LIMIT : logit;
+	coder->weight[i] = (uint32_t)weight;
+	coder->second[i] = coder->context[i] = UINT32_MAX;
+}
+static inline void mix_logit_twice(struct ffx_coder *coder, int32_t logit, size_t weight, size_t second) /* their sum counts */
+{
+	mix_logit(coder, logit, weight);
+	coder->second[coder->input_count - 1] = (uint32_t)second;
+}
 unsigned mix_code(struct ffx_coder *coder, unsigned bit);
 
+/* One bit that is 1 with probability / RANGE_ONE. */
+unsigned model_fixed(struct ffx_coder *coder, uint32_t probability, unsigned bit);
 /* One bit from one context, without mixing. */
 unsigned model_bit(struct ffx_coder *coder, size_t context, unsigned bit);
 /* Equally likely values. */

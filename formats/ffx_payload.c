@@ -59,64 +59,121 @@ bool payload_prepare(struct payload *payload, const struct ffx *ffx, struct faul
 	return true;
 }
 
-/* Everything after connectivity, the same for both directions. */
-static bool code_attributes(struct ffx_coder *coder, struct payload_report *report, const struct ffx_surface *surface,
-			    const idx_t *order, const idx_t *rank, int32_t *grid, int32_t steps, unsigned char *sharp,
-			    unsigned char *corner, idx_t *patch, struct fault *fault)
+/* Everything after positions, the same for both directions. */
+static bool code_flags(struct ffx_coder *coder, const struct ffx_surface *surface, const idx_t *order, const int32_t *grid,
+		       unsigned char *sharp, unsigned char *corner, idx_t *patch, struct fault *fault)
 {
-	const uint64_t start = coder->cost;
-	if (!geometry_code(coder, surface, order, rank, grid, steps, fault))
-		return false;
-	const uint64_t middle = coder->cost;
-	const bool is_good = sharp_code(coder, surface, order, grid, sharp, fault) &&
-			     corner_code(coder, surface, order, grid, sharp, corner, fault) &&
-			     (!patch || patch_code(coder, surface, grid, sharp, patch, fault));
-	if (report) {
-		report->cost_g = middle - start;
-		report->cost_f = coder->cost - middle;
-	}
-	return is_good;
+	return sharp_code(coder, surface, order, grid, sharp, fault) &&
+	       corner_code(coder, surface, order, grid, sharp, corner, fault) &&
+	       (!patch || patch_code(coder, surface, grid, sharp, patch, fault));
 }
 
-bool payload_encode(struct ffx_coder *coder, struct payload_report *report, const struct payload *payload, idx_t root,
-		    struct fault *fault)
+static idx_t *counted(size_t count)
 {
-	const struct ffx *ffx = payload->ffx;
+	idx_t *number = mem_array(count, sizeof *number);
+	for (size_t i = 0; i < count; i++)
+		number[i] = (idx_t)i;
+	return number;
+}
+
+/* Connectivity and positions, coded: the surface as the decoder will see it, where its half-edges come from, its vertices'
+ * order and positions. */
+struct coded {
+	struct ffx_surface surface;
+	const idx_t *original;
+	idx_t *owned; /* original, when it is to be freed */
+	idx_t *order, *rank;
+	int32_t *grid;
+};
+
+static void coded_free(struct coded *c)
+{
+	surface_free(&c->surface);
+	free(c->owned);
+	free(c->order);
+	free(c->rank);
+	free(c->grid);
+}
+
+static bool encode_labels(struct coded *c, struct ffx_coder *coder, struct payload_report *report, const struct payload *payload,
+			  idx_t root, struct fault *fault)
+{
+	const uint64_t start = coder->cost;
 	struct labels labels;
 	labels_make(&labels, &payload->surface, root);
-	struct ffx_surface s;
-	idx_t *original = NULL;
-	*report = (struct payload_report){
-		.label_count = labels.count, .component_count = labels.component_count, .handle_count = labels.handle_count};
-	bool is_good = connect_code(coder, &s, &labels, &original, INDEX_LIMIT / 4, fault);
-	report->cost_c = coder->cost;
+	report->label_count = labels.count;
+	report->component_count = labels.component_count;
+	report->handle_count = labels.handle_count;
+	const bool is_good = connect_code(coder, &c->surface, &labels, &c->owned, INDEX_LIMIT / 4, fault);
 	labels_free(&labels);
+	report->cost_c = coder->cost - start;
 	if (!is_good)
 		return false;
-	/* Carry the attributes over to the surface as the decoder will see it. */
-	int32_t *grid = mem_array(3 * s.vertex_count, sizeof *grid);
-	unsigned char *corner = mem_array(s.vertex_count, 1), *sharp = mem_array(s.half_count, 1);
-	idx_t *patch = ffx->face_patch ? mem_array(s.face_count, sizeof *patch) : NULL;
-	for (size_t h = 0; h < s.half_count; h++) {
-		const idx_t from = payload->surface.origin[original[h]];
-		memcpy(grid + 3 * (size_t)s.origin[h], ffx->grid + 3 * (size_t)from, 3 * sizeof *grid);
-		corner[s.origin[h]] = ffx->corner && ffx->corner[from];
-		sharp[h] = payload->sharp[original[h]];
-		if (patch && !s.hole[s.face[h]])
-			patch[s.face[h]] = ffx->face_patch[payload->surface.face[original[h]]];
+	c->original = c->owned;
+	const struct ffx_surface *s = &c->surface;
+	c->grid = mem_array(3 * s->vertex_count, sizeof *c->grid);
+	for (size_t h = 0; h < s->half_count; h++)
+		memcpy(c->grid + 3 * (size_t)s->origin[h],
+		       payload->ffx->grid + 3 * (size_t)payload->surface.origin[c->original[h]], 3 * sizeof *c->grid);
+	c->order = mem_array(s->vertex_count, sizeof(idx_t));
+	c->rank = mem_array(s->vertex_count, sizeof(idx_t));
+	predict_order(c->order, c->rank, s);
+	if (!geometry_code(coder, s, c->order, c->rank, c->grid, ffx_grid_steps(payload->ffx->grid_code), fault))
+		return false;
+	report->cost_g = coder->cost - start - report->cost_c;
+	return true;
+}
+
+static bool encode_forward(struct coded *c, struct ffx_coder *coder, struct payload_report *report, const struct payload *payload,
+			   idx_t root, struct forward *forward, struct fault *fault)
+{
+	const uint64_t start = coder->cost;
+	if (!forward_code(forward, coder, &payload->surface, payload->ffx->grid, root, ffx_grid_steps(payload->ffx->grid_code),
+			  INDEX_LIMIT / 4, fault))
+		return false;
+	forward_surface(&c->surface, forward);
+	c->original = forward->source;
+	c->order = counted(forward->vertex_count);
+	c->grid = mem_copy(forward->grid, forward->vertex_count, 3 * sizeof *c->grid);
+	report->label_count = forward->half_count / 2;
+	report->component_count = forward->component_count;
+	report->cost_g = forward->cost_g;
+	report->cost_c = coder->cost - start - forward->cost_g;
+	/* V - E + F of the surface with its holes closed is 2 (components - handles). */
+	report->handle_count = (size_t)((2 * (int64_t)c->surface.component_count - (int64_t)c->surface.vertex_count +
+					 (int64_t)c->surface.half_count / 2 - (int64_t)c->surface.face_count) /
+					2);
+	return true;
+}
+
+bool payload_encode(struct ffx_coder *coder, struct payload_report *report, const struct payload *payload, enum ffx_method method,
+		    idx_t root, struct forward *forward, struct fault *fault)
+{
+	const struct ffx *ffx = payload->ffx;
+	*report = (struct payload_report){0};
+	struct coded c = {0};
+	bool is_good = method == FFX_FORWARD ? encode_forward(&c, coder, report, payload, root, forward, fault)
+					     : encode_labels(&c, coder, report, payload, root, fault);
+	if (is_good) {
+		/* Carry the flags over to the surface as the decoder will see it. */
+		const struct ffx_surface *s = &c.surface;
+		unsigned char *corner = mem_array(s->vertex_count, 1), *sharp = mem_array(s->half_count, 1);
+		idx_t *patch = ffx->face_patch ? mem_array(s->face_count, sizeof *patch) : NULL;
+		for (size_t h = 0; h < s->half_count; h++) {
+			const idx_t from = c.original[h];
+			corner[s->origin[h]] = ffx->corner && ffx->corner[payload->surface.origin[from]];
+			sharp[h] = payload->sharp[from];
+			if (patch && !s->hole[s->face[h]])
+				patch[s->face[h]] = ffx->face_patch[payload->surface.face[from]];
+		}
+		const uint64_t before = coder->cost;
+		is_good = code_flags(coder, s, c.order, c.grid, sharp, corner, patch, fault);
+		report->cost_f = coder->cost - before;
+		free(corner);
+		free(sharp);
+		free(patch);
 	}
-	idx_t *order = mem_array(s.vertex_count, sizeof *order), *rank = mem_array(s.vertex_count, sizeof *rank);
-	predict_order(order, rank, &s);
-	is_good = code_attributes(coder, report, &s, order, rank, grid, ffx_grid_steps(ffx->grid_code), sharp, corner, patch,
-				  fault);
-	free(order);
-	free(rank);
-	free(grid);
-	free(corner);
-	free(sharp);
-	free(patch);
-	free(original);
-	surface_free(&s);
+	coded_free(&c);
 	return is_good;
 }
 
@@ -167,26 +224,50 @@ static void take_lists(struct ffx *ffx, const struct ffx_surface *s, const idx_t
 	qsort(ffx->sharp, ffx->sharp_count, 2 * sizeof(idx_t), compare_edges);
 }
 
-bool payload_decode(struct ffx_coder *coder, struct ffx *ffx, bool has_patches, size_t label_limit, struct fault *fault)
+static bool decode_labels(struct coded *c, struct ffx_coder *coder, int32_t steps, size_t edge_limit, struct fault *fault)
 {
-	struct ffx_surface s;
-	if (!connect_code(coder, &s, NULL, NULL, label_limit, fault))
+	if (!connect_code(coder, &c->surface, NULL, NULL, edge_limit, fault))
 		return false;
-	int32_t *grid = mem_array(3 * s.vertex_count, sizeof *grid);
-	unsigned char *corner = mem_array(s.vertex_count, 1), *sharp = mem_array(s.half_count, 1);
-	idx_t *patch = has_patches ? mem_array(s.face_count, sizeof *patch) : NULL;
-	idx_t *order = mem_array(s.vertex_count, sizeof *order), *rank = mem_array(s.vertex_count, sizeof *rank);
-	predict_order(order, rank, &s);
-	const bool is_good =
-		code_attributes(coder, NULL, &s, order, rank, grid, ffx_grid_steps(ffx->grid_code), sharp, corner, patch, fault);
-	if (is_good)
-		take_lists(ffx, &s, rank, grid, sharp, corner, patch);
-	free(order);
-	free(rank);
-	free(grid);
-	free(corner);
-	free(sharp);
-	free(patch);
-	surface_free(&s);
+	const struct ffx_surface *s = &c->surface;
+	c->grid = mem_array(3 * s->vertex_count, sizeof *c->grid);
+	c->order = mem_array(s->vertex_count, sizeof(idx_t));
+	c->rank = mem_array(s->vertex_count, sizeof(idx_t));
+	predict_order(c->order, c->rank, s);
+	return geometry_code(coder, s, c->order, c->rank, c->grid, steps, fault);
+}
+
+static bool decode_forward(struct coded *c, struct ffx_coder *coder, int32_t steps, size_t edge_limit, struct fault *fault)
+{
+	struct forward forward = {0};
+	bool is_good = forward_code(&forward, coder, NULL, NULL, 0, steps, edge_limit, fault);
+	if (is_good) {
+		forward_surface(&c->surface, &forward);
+		c->grid = mem_copy(forward.grid, forward.vertex_count, 3 * sizeof *c->grid);
+		c->order = counted(forward.vertex_count);
+		c->rank = counted(forward.vertex_count);
+		is_good = surface_check(&c->surface, fault);
+	}
+	forward_free(&forward);
+	return is_good;
+}
+
+bool payload_decode(struct ffx_coder *coder, struct ffx *ffx, bool has_patches, size_t edge_limit, struct fault *fault)
+{
+	struct coded c = {0};
+	const int32_t steps = ffx_grid_steps(ffx->grid_code);
+	bool is_good = ffx->method == FFX_FORWARD ? decode_forward(&c, coder, steps, edge_limit, fault)
+						  : decode_labels(&c, coder, steps, edge_limit, fault);
+	if (is_good) {
+		const struct ffx_surface *s = &c.surface;
+		unsigned char *corner = mem_array(s->vertex_count, 1), *sharp = mem_array(s->half_count, 1);
+		idx_t *patch = has_patches ? mem_array(s->face_count, sizeof *patch) : NULL;
+		is_good = code_flags(coder, s, c.order, c.grid, sharp, corner, patch, fault);
+		if (is_good)
+			take_lists(ffx, s, c.rank, c.grid, sharp, corner, patch);
+		free(corner);
+		free(sharp);
+		free(patch);
+	}
+	coded_free(&c);
 	return is_good;
 }

@@ -7,6 +7,7 @@
 
 #include "formats/fault.h"
 #include "formats/ffx.h"
+#include "formats/ffx_forward.h"
 #include "formats/ffx_model.h"
 #include "formats/ffx_surface.h"
 
@@ -18,6 +19,9 @@ struct payload {
 };
 void payload_free(struct payload *payload);
 
+/* Code a frame (ffx_frame.c): encoding reads *frame, decoding fills it. Faults: out of range. */
+bool frame_code(struct ffx_coder *coder, struct ffx_frame *frame, int32_t steps, struct fault *fault);
+
 /* Faults (EX_BAD_INPUT) as ffx_encode; listed border edges are left out. */
 bool payload_prepare(struct payload *payload, const struct ffx *ffx, struct fault *fault);
 
@@ -27,11 +31,12 @@ struct payload_report {
 	size_t label_count, component_count, handle_count;
 };
 
-/* Encode from start half-edge root; the coder has been set up with a model and range_encode. Does not finish the range coder. */
-bool payload_encode(struct ffx_coder *coder, struct payload_report *report, const struct payload *payload, idx_t root,
-		    struct fault *fault);
+/* Encode by method (not FFX_BEST) from start half-edge root; forward: room for the forward coder, zero or used before; the coder
+ * has been set up with a model and range_encode. Does not finish the range coder. */
+bool payload_encode(struct ffx_coder *coder, struct payload_report *report, const struct payload *payload, enum ffx_method method,
+		    idx_t root, struct forward *forward, struct fault *fault);
 
-/* Fill counts, grid, faces, patches (when has_patches), sharp and corner of *ffx; grid_code is set by the caller. */
-bool payload_decode(struct ffx_coder *coder, struct ffx *ffx, bool has_patches, size_t label_limit, struct fault *fault);
+/* Fill counts, grid, faces, patches (when has_patches), sharp and corner of *ffx; grid_code and method are set by the caller. */
+bool payload_decode(struct ffx_coder *coder, struct ffx *ffx, bool has_patches, size_t edge_limit, struct fault *fault);
 
 #endif

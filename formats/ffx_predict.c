@@ -151,7 +151,7 @@ static void add_guess(struct guesses *guesses, enum ffx_expert kind, const int32
 	size_t same = 0;
 	for (size_t i = 0; i < guesses->guess_count; i++)
 		same += guesses->guess[i].kind == kind;
-	if (guesses->guess_count == GUESS_LIMIT || same >= limit)
+	if (guesses->guess_count == FIRST_GUESS_LIMIT || same >= limit)
 		return;
 	struct guess *guess = &guesses->guess[guesses->guess_count++];
 	guess->kind = kind;
@@ -281,24 +281,10 @@ static int64_t magnitude(const int64_t n[3])
 	return most;
 }
 
-/* The plane of the three known vertices of a face near half that span the largest area. */
-static void find_plane(struct guesses *guesses, const struct view *view, idx_t half)
+void predict_add_plane(struct guesses *guesses, enum ffx_expert kind, const int32_t *const *point, int count)
 {
-	const struct ffx_surface *s = view->surface;
-	const idx_t face = s->face[half];
-	if (s->degree[face] < 4 || s->hole[face] || guesses->plane_count == PLANE_LIMIT)
+	if (guesses->plane_count == PLANE_LIMIT)
 		return;
-	const int32_t *point[2 * PLANE_REACH];
-	int count = 0;
-	const int steps = s->degree[face] - 1 < 2 * PLANE_REACH ? s->degree[face] - 1 : 2 * PLANE_REACH;
-	idx_t h = half;
-	for (int i = 0; i < steps / 2; i++)
-		h = s->previous[h];
-	for (int i = 0; i < steps + 1; i++, h = s->next[h]) {
-		const int32_t *p = h == half ? NULL : seen(view, h);
-		if (p && count < 2 * PLANE_REACH)
-			point[count++] = p;
-	}
 	int64_t best = 0, normal[3] = {0};
 	const int32_t *foot = NULL;
 	for (int i = 0; i < count; i++) {
@@ -326,6 +312,7 @@ static void find_plane(struct guesses *guesses, const struct view *view, idx_t h
 	while (magnitude(normal) >> bits > 32767)
 		bits++;
 	struct plane *plane = &guesses->plane[guesses->plane_count++];
+	plane->kind = kind;
 	plane->offset = 0;
 	for (int k = 0; k < 3; k++) {
 		plane->normal[k] = (int32_t)(normal[k] < 0 ? -(-normal[k] >> bits) : normal[k] >> bits);
@@ -333,8 +320,29 @@ static void find_plane(struct guesses *guesses, const struct view *view, idx_t h
 	}
 }
 
+/* The plane of the three known vertices of a face near half that span the largest area. */
+static void find_plane(struct guesses *guesses, const struct view *view, idx_t half)
+{
+	const struct ffx_surface *s = view->surface;
+	const idx_t face = s->face[half];
+	if (s->degree[face] < 4 || s->hole[face] || guesses->plane_count == PLANE_LIMIT)
+		return;
+	const int32_t *point[2 * PLANE_REACH];
+	int count = 0;
+	const int steps = s->degree[face] - 1 < 2 * PLANE_REACH ? s->degree[face] - 1 : 2 * PLANE_REACH;
+	idx_t h = half;
+	for (int i = 0; i < steps / 2; i++)
+		h = s->previous[h];
+	for (int i = 0; i < steps + 1; i++, h = s->next[h]) {
+		const int32_t *p = h == half ? NULL : seen(view, h);
+		if (p && count < 2 * PLANE_REACH)
+			point[count++] = p;
+	}
+	predict_add_plane(guesses, EXPERT_PLANE, point, count);
+}
+
 /* Best told coordinates last: of one plane the steepest, of two the ones across their line. */
-static void choose_axes(struct guesses *guesses)
+void predict_choose_axes(struct guesses *guesses)
 {
 	int *axis = guesses->axis;
 	axis[0] = 0, axis[1] = 1, axis[2] = 2;
@@ -383,6 +391,21 @@ static bool divide(int32_t *value, __int128 numerator, __int128 denominator)
 	return true;
 }
 
+static int32_t steepness(const int32_t normal[3])
+{
+	int32_t most = 0;
+	for (int k = 0; k < 3; k++)
+		most = abs(normal[k]) > most ? abs(normal[k]) : most;
+	return most;
+}
+
+static enum ffx_expert line_kind(const struct plane *a, const struct plane *b)
+{
+	if (a->kind == EXPERT_PLANE)
+		return EXPERT_LINE;
+	return a->kind == FORE_PLANE || b->kind == FORE_PLANE ? FORE_LINE : FORE_LINE_OTHER;
+}
+
 size_t predict_from_planes(int32_t *value, enum ffx_expert *kind, const struct guesses *guesses, int step, const int32_t point[3])
 {
 	size_t count = 0;
@@ -405,7 +428,7 @@ size_t predict_from_planes(int32_t *value, enum ffx_expert *kind, const struct g
 				is_told = false;
 		}
 		if (is_told && 8 * (int64_t)abs(n[k]) >= most && divide(&value[count], rest[i], n[k]))
-			kind[count++] = EXPERT_PLANE;
+			kind[count++] = guesses->plane[i].kind;
 	}
 	if (step == 2)
 		return count;
@@ -415,11 +438,11 @@ size_t predict_from_planes(int32_t *value, enum ffx_expert *kind, const struct g
 			const int32_t *a = guesses->plane[i].normal, *b = guesses->plane[j].normal;
 			if (step == 1) {
 				const int64_t area = (int64_t)a[k] * b[l] - (int64_t)a[l] * b[k];
-				/* Planes nearly along each other tell nothing; 2^26 is 1/16 of two steep ones. */
-				if (area > -(1 << 26) && area < 1 << 26)
+				/* Planes nearly along each other tell nothing. */
+				if (16 * llabs(area) < (int64_t)steepness(a) * steepness(b))
 					continue;
 				if (divide(&value[count], (__int128)rest[i] * b[l] - (__int128)rest[j] * a[l], area))
-					kind[count++] = EXPERT_LINE;
+					kind[count++] = line_kind(&guesses->plane[i], &guesses->plane[j]);
 				continue;
 			}
 			const int m = guesses->axis[2];
@@ -429,11 +452,12 @@ size_t predict_from_planes(int32_t *value, enum ffx_expert *kind, const struct g
 					      ca = (int64_t)c[l] * a[m] - (int64_t)c[m] * a[l];
 				const int64_t ab = (int64_t)a[l] * b[m] - (int64_t)a[m] * b[l];
 				const __int128 volume = (__int128)a[k] * bc + (__int128)b[k] * ca + (__int128)c[k] * ab;
-				if (volume > -((__int128)1 << 40) && volume < (__int128)1 << 40)
+				const __int128 full = (__int128)steepness(a) * steepness(b) * steepness(c);
+				if (32 * volume < full && -32 * volume < full)
 					continue;
 				if (divide(&value[count],
 					   (__int128)rest[i] * bc + (__int128)rest[j] * ca + (__int128)rest[h] * ab, volume))
-					kind[count++] = EXPERT_POINT;
+					kind[count++] = guesses->plane[i].kind == EXPERT_PLANE ? EXPERT_POINT : FORE_POINT;
 			}
 		}
 	}
@@ -444,6 +468,7 @@ void predict_vertex(struct guesses *guesses, const struct ffx_surface *surface, 
 		    const int32_t *grid)
 {
 	guesses->guess_count = guesses->plane_count = 0;
+	guesses->phase = -1;
 	const struct view view = {surface, rank, (idx_t)at, grid};
 	const idx_t vertex = order[at];
 	idx_t fan[FAN_LIMIT];
@@ -463,5 +488,5 @@ void predict_vertex(struct guesses *guesses, const struct ffx_surface *surface, 
 		add_guess(guesses, EXPERT_LAST, grid + 3 * (size_t)order[at - 1], 1);
 	for (size_t i = 0; i < fan_count; i++)
 		find_plane(guesses, &view, fan[i]);
-	choose_axes(guesses);
+	predict_choose_axes(guesses);
 }

@@ -9,109 +9,12 @@
 #include "formats/ffx_connect.h"
 #include "formats/ffx_payload.h"
 
-static const unsigned char magic[2] = {'F', 'X'};
-#define HEADER_SIZE 4
-#define STEP_SIZE 4
+#define MAGIC 0xfa /* in no text: UTF-8 has no such byte */
+#define HEADER_SIZE 3
 /* Streams up to this size end in a CRC-16, longer ones in a CRC-32. The 16 bits find every change of one or two bits and
  * every burst up to 16 bits in so short a stream, and let one in 65536 other damages pass; those decode to a valid mesh or
  * are refused for a contradiction. */
 #define SHORT_STREAM 1024
-
-/* --- grid and frame ------------------------------------------------------------------------------------------------ */
-
-int32_t ffx_grid_steps(unsigned code)
-{
-	/* 65536 * 2^(i / 16) */
-	static const uint32_t octave[16] = {65536, 68438, 71468,  74632,  77936,  81386,  84990,  88752,
-					    92682, 96785, 101070, 105545, 110218, 115098, 120194, 125515};
-	return (int32_t)(((uint64_t)octave[code % 16] << (3 + code / 16)) >> 16) - 1;
-}
-
-unsigned ffx_grid_code(int32_t steps)
-{
-	unsigned code = 0;
-	while (code < FFX_GRID_CODES && ffx_grid_steps(code) < steps)
-		code++;
-	return code;
-}
-
-#define STEP_BIAS 128
-#define STEP_BITS 21 /* of the mantissa, the highest being 1 */
-double ffx_frame_step(double step)
-{
-	if (!(step >= ldexp(1, -120) && step <= ldexp(1, 120)))
-		return 0;
-	int exponent;
-	const double mantissa = frexp(step, &exponent); /* [0.5, 1) */
-	return ldexp(round(ldexp(mantissa, STEP_BITS)), exponent - STEP_BITS);
-}
-
-/* Of the longest side: how far the frame's origin may be off. The step adds 4.8e-7 at the far end. */
-#define ORIGIN_ERROR 4e-7
-
-bool ffx_frame_choose(struct ffx_frame *frame, const double low[3], double side, int32_t steps)
-{
-	*frame = (struct ffx_frame){.step = ffx_frame_step(side / steps)};
-	if (frame->step == 0)
-		return false;
-	for (;; frame->origin_bits++) {
-		bool is_near = true;
-		for (int k = 0; k < 3; k++) {
-			const double at = ldexp(low[k] / frame->step, (int)frame->origin_bits), whole = round(at);
-			if (!(fabs(whole) <= (double)FFX_ORIGIN_LIMIT))
-				return false;
-			frame->origin[k] = (int64_t)whole;
-			is_near = is_near && fabs(at - whole) <= ldexp(ORIGIN_ERROR * steps, (int)frame->origin_bits);
-		}
-		if (is_near || frame->origin_bits == 15)
-			return true;
-	}
-}
-
-static void put_frame_step(unsigned char byte[STEP_SIZE], const struct ffx_frame *frame)
-{
-	int exponent;
-	const uint32_t mantissa = (uint32_t)ldexp(frexp(frame->step, &exponent), STEP_BITS) - (1u << (STEP_BITS - 1));
-	byte[0] = (unsigned char)(exponent + STEP_BIAS);
-	byte[1] = (unsigned char)(frame->origin_bits << 4 | mantissa >> 16);
-	byte[2] = (unsigned char)(mantissa >> 8);
-	byte[3] = (unsigned char)mantissa;
-}
-
-static void get_frame_step(struct ffx_frame *frame, const unsigned char byte[STEP_SIZE])
-{
-	const uint32_t mantissa = (byte[1] & 15u) << 16 | (uint32_t)byte[2] << 8 | byte[3];
-	frame->origin_bits = byte[1] >> 4;
-	frame->step = ldexp((1u << (STEP_BITS - 1)) + mantissa, byte[0] - STEP_BIAS - STEP_BITS);
-}
-
-/* Signed numbers as groups of 7 bits, lowest first; the sign in the lowest bit; the high bit says that more follows. */
-static size_t put_signed(unsigned char *byte, int64_t value)
-{
-	uint64_t rest = value < 0 ? 2 * (uint64_t)-value - 1 : 2 * (uint64_t)value;
-	size_t size = 0;
-	do {
-		byte[size++] = (unsigned char)((rest & 127) | (rest > 127 ? 128 : 0));
-		rest >>= 7;
-	} while (rest > 0);
-	return size;
-}
-
-/* Returns the bytes taken, 0 when they run out or the number is too large or longer than need be. */
-static size_t get_signed(int64_t *value, const unsigned char *byte, size_t size)
-{
-	uint64_t rest = 0;
-	for (size_t i = 0; i < size && i < 8; i++) {
-		rest |= (uint64_t)(byte[i] & 127) << 7 * i;
-		if (byte[i] & 128)
-			continue;
-		if (byte[i] == 0 && i > 0)
-			return 0;
-		*value = rest & 1 ? -(int64_t)(rest / 2) - 1 : (int64_t)(rest / 2);
-		return *value >= -FFX_ORIGIN_LIMIT && *value <= FFX_ORIGIN_LIMIT ? i + 1 : 0;
-	}
-	return 0;
-}
 
 /* CRC-16 of X.25: polynomial x^16 + x^12 + x^5 + 1, bits reversed, start and end inverted. */
 static unsigned crc16(const unsigned char *byte, size_t size)
@@ -139,80 +42,172 @@ static uint32_t checksum(const unsigned char *byte, size_t size)
 
 /* --- encoding --------------------------------------------------------------------------------------------------------- */
 
+struct ffx_work {
+	struct ffx_model start, model;
+	struct forward forward;
+	struct range range;
+};
+
+struct ffx_work *ffx_work_new(void)
+{
+	struct ffx_work *work = mem_array(1, sizeof *work);
+	model_init(&work->start);
+	model_reset(&work->model, &work->start, false);
+	return work;
+}
+
+void ffx_work_free(struct ffx_work *work)
+{
+	forward_free(&work->forward);
+	free(work->range.bytes);
+	free(work);
+}
+
 struct attempt {
 	unsigned char *bytes;
 	size_t size;
 	uint64_t cost;
 	size_t root;
+	enum ffx_method method;
+	uint64_t frame_cost;
 	struct payload_report report;
 };
 
-static bool encode_from(struct attempt *attempt, const struct payload *payload, idx_t root, struct ffx_model *model,
-			struct fault *fault)
+/* All that the range coder carries. */
+static bool code_all(struct ffx_coder *coder, struct attempt *attempt, const struct payload *payload, struct forward *forward,
+		     struct fault *fault)
 {
-	struct ffx_coder coder = {.model = model};
-	model_init(model);
+	if (payload->ffx->has_frame) {
+		struct ffx_frame frame = payload->ffx->frame;
+		if (!frame_code(coder, &frame, ffx_grid_steps(payload->ffx->grid_code), fault))
+			return false;
+	}
+	attempt->frame_cost = coder->cost;
+	if (!payload_encode(coder, &attempt->report, payload, attempt->method, (idx_t)attempt->root, forward, fault))
+		return false;
+	attempt->cost = coder->cost;
+	return true;
+}
+
+static bool encode_from(struct attempt *attempt, const struct payload *payload, struct ffx_work *work, struct fault *fault)
+{
+	struct ffx_coder coder = {.model = &work->model};
+	model_reset(&work->model, &work->start, attempt->method == FFX_FORWARD);
 	range_encode(&coder.range);
-	if (!payload_encode(&coder, &attempt->report, payload, root, fault)) {
+	if (!code_all(&coder, attempt, payload, &work->forward, fault)) {
 		free(coder.range.bytes);
 		return false;
 	}
 	range_finish(&coder.range);
 	attempt->bytes = coder.range.bytes;
 	attempt->size = coder.range.size;
-	attempt->cost = coder.cost;
 	return true;
 }
 
 /* Encodings are tried as long as they take about as many edges together: half a second or so. */
 #define ROOT_WORK 60000
 
-/* The smallest encoding of all that are tried; the first of those of equal size and cost. */
-static bool encode_best(struct attempt *best, const struct payload *payload, size_t root_limit, size_t first_root,
-			struct fault *fault)
+/* The smallest encoding of all that are tried; the first of those of equal size and cost. FFX_BEST: every start edge by both
+ * methods. */
+static bool encode_best(struct attempt *best, const struct payload *payload, const struct ffx_options *options,
+			enum ffx_method method, struct fault *fault)
 {
 	const size_t halves = payload->surface.half_count;
-	size_t tries = root_limit ? root_limit : 1 + ROOT_WORK / halves;
+	size_t tries = options->root_limit ? options->root_limit : 1 + ROOT_WORK / halves;
 	if (tries > halves)
 		tries = halves;
-	struct ffx_model *model = mem_array(1, sizeof *model);
-	bool is_good = true;
+	struct ffx_work *work = ffx_work_new();
 	*best = (struct attempt){0};
-	for (size_t i = 0; i < tries && is_good; i++) {
-		struct attempt attempt;
-		attempt.root = (first_root + i * halves / tries) % halves;
-		is_good = encode_from(&attempt, payload, (idx_t)attempt.root, model, fault);
-		if (!is_good)
-			break;
-		if (!best->bytes || attempt.size < best->size || (attempt.size == best->size && attempt.cost < best->cost)) {
-			free(best->bytes);
-			*best = attempt;
-		} else {
-			free(attempt.bytes);
+	for (int pass = 0; pass < 2; pass++) {
+		const enum ffx_method now = pass ? FFX_FACE_FIXER : FFX_FORWARD;
+		if (method != FFX_BEST && method != now)
+			continue;
+		for (size_t i = 0; i < tries; i++) {
+			struct attempt attempt = {.method = now, .root = (options->first_root + i * halves / tries) % halves};
+			if (!encode_from(&attempt, payload, work, fault))
+				break;
+			if (!best->bytes || attempt.size < best->size ||
+			    (attempt.size == best->size && attempt.cost < best->cost)) {
+				free(best->bytes);
+				*best = attempt;
+			} else {
+				free(attempt.bytes);
+			}
 		}
 	}
-	free(model);
-	if (!is_good)
-		free(best->bytes);
-	return is_good;
+	ffx_work_free(work);
+	return best->bytes != NULL;
+}
+
+static bool check_grid_and_frame(const struct ffx *ffx, struct fault *fault)
+{
+	if (ffx->grid_code >= FFX_GRID_CODES)
+		return fault_set(fault, EX_BUG, "there is no grid %u", ffx->grid_code);
+	const struct ffx_frame *frame = &ffx->frame;
+	if (ffx->has_frame && (frame->origin_bits > 15 || frame->step == 0 ||
+			       ffx_frame_step(frame->step, ffx_grid_steps(ffx->grid_code), frame->origin_bits) != frame->step))
+		return fault_set(fault, EX_BUG, "the frame cannot be stored exactly");
+	for (int k = 0; ffx->has_frame && k < 3; k++)
+		if (frame->origin[k] < -FFX_ORIGIN_LIMIT || frame->origin[k] > FFX_ORIGIN_LIMIT)
+			return fault_set(fault, EX_BAD_INPUT, "the cage is too far from the origin for its size");
+	return true;
+}
+
+static void fill_report(struct ffx_report *report, const struct payload *payload, const struct attempt *attempt)
+{
+	const double per_byte = 8 * 4096;
+	const struct ffx_surface *s = &payload->surface;
+	*report = (struct ffx_report){.vertex_count = s->vertex_count,
+				      .edge_count = s->half_count / 2,
+				      .face_count = s->face_count - s->hole_count,
+				      .hole_count = s->hole_count,
+				      .component_count = attempt->report.component_count,
+				      .handle_count = attempt->report.handle_count,
+				      .label_count = attempt->report.label_count,
+				      .root = attempt->root,
+				      .method = attempt->method,
+				      .bytes_frame = (double)attempt->frame_cost / per_byte,
+				      .bytes_c = (double)attempt->report.cost_c / per_byte,
+				      .bytes_g = (double)attempt->report.cost_g / per_byte,
+				      .bytes_f = (double)attempt->report.cost_f / per_byte};
+}
+
+double ffx_cost(struct ffx_work *work, const struct ffx *ffx, size_t root, struct ffx_report *report, struct fault *fault)
+{
+	struct payload payload;
+	if (!check_grid_and_frame(ffx, fault) || !payload_prepare(&payload, ffx, fault))
+		return HUGE_VAL;
+	struct attempt attempt = {.method = ffx->method == FFX_FACE_FIXER ? FFX_FACE_FIXER : FFX_FORWARD,
+				  .root = root % payload.surface.half_count};
+	struct ffx_coder coder = {.model = &work->model};
+	model_reset(&work->model, &work->start, attempt.method == FFX_FORWARD);
+	unsigned char *bytes = work->range.bytes;
+	const size_t capacity = work->range.capacity;
+	range_encode(&coder.range);
+	coder.range.bytes = bytes;
+	coder.range.capacity = capacity;
+	const bool is_good = code_all(&coder, &attempt, &payload, &work->forward, fault);
+	work->range = coder.range;
+	const double total = HEADER_SIZE + 2 + (double)attempt.cost / (8 * 4096);
+	if (report && is_good) {
+		fill_report(report, &payload, &attempt);
+		report->bytes_header = HEADER_SIZE + 2;
+		report->bytes_total = (size_t)ceil(total);
+	}
+	payload_free(&payload);
+	return is_good ? total : HUGE_VAL;
 }
 
 bool ffx_encode(unsigned char **bytes, size_t *size, struct ffx_report *report, const struct ffx *ffx,
 		const struct ffx_options *options, struct fault *fault)
 {
-	if (ffx->grid_code >= FFX_GRID_CODES)
-		return fault_set(fault, EX_BUG, "there is no grid %u", ffx->grid_code);
-	if (ffx->has_frame &&
-	    (ffx_frame_step(ffx->frame.step) != ffx->frame.step || ffx->frame.step == 0 || ffx->frame.origin_bits > 15))
-		return fault_set(fault, EX_BUG, "the frame cannot be stored exactly");
-	for (int k = 0; ffx->has_frame && k < 3; k++)
-		if (ffx->frame.origin[k] < -FFX_ORIGIN_LIMIT || ffx->frame.origin[k] > FFX_ORIGIN_LIMIT)
-			return fault_set(fault, EX_BAD_INPUT, "the cage is too far from the origin for its size");
+	if (!check_grid_and_frame(ffx, fault))
+		return false;
 	struct payload payload;
 	if (!payload_prepare(&payload, ffx, fault))
 		return false;
 	struct attempt best;
-	if (!encode_best(&best, &payload, options ? options->root_limit : 0, options ? options->first_root : 0, fault)) {
+	if (!encode_best(&best, &payload, options ? options : &(struct ffx_options){0}, ffx->method, fault)) {
 		payload_free(&payload);
 		return false;
 	}
@@ -220,19 +215,12 @@ bool ffx_encode(unsigned char **bytes, size_t *size, struct ffx_report *report, 
 	size_t payload_size = best.size;
 	if (best.report.label_count > LABELS_FREE + LABELS_PER_BYTE * payload_size)
 		payload_size = (best.report.label_count - LABELS_FREE + LABELS_PER_BYTE - 1) / LABELS_PER_BYTE;
-	unsigned char *out = mem_array(HEADER_SIZE + STEP_SIZE + 3 * 8 + payload_size + 4, 1);
+	unsigned char *out = mem_array(HEADER_SIZE + payload_size + 4, 1);
 	size_t at = 0;
-	out[at++] = magic[0];
-	out[at++] = magic[1];
-	out[at++] = (unsigned char)(FFX_VERSION | ffx->scheme << 3 | ffx->method << 5 | (ffx->has_frame ? 64 : 0) |
-				    (ffx->face_patch ? 128 : 0));
+	out[at++] = MAGIC;
+	out[at++] = (unsigned char)(FFX_VERSION | ffx->scheme << 2 | (best.method == FFX_FORWARD) << 4 |
+				    (ffx->has_frame ? 32 : 0) | (ffx->face_patch ? 64 : 0));
 	out[at++] = (unsigned char)ffx->grid_code;
-	if (ffx->has_frame) {
-		put_frame_step(out + at, &ffx->frame);
-		at += STEP_SIZE;
-		for (int k = 0; k < 3; k++)
-			at += put_signed(out + at, ffx->frame.origin[k]);
-	}
 	const size_t header = at;
 	memcpy(out + at, best.bytes, best.size);
 	at += payload_size;
@@ -243,21 +231,9 @@ bool ffx_encode(unsigned char **bytes, size_t *size, struct ffx_report *report, 
 	*bytes = out;
 	*size = at;
 	if (report) {
-		const double per_byte = 8 * 4096;
-		const struct ffx_surface *s = &payload.surface;
-		*report = (struct ffx_report){.vertex_count = s->vertex_count,
-					      .edge_count = s->half_count / 2,
-					      .face_count = s->face_count - s->hole_count,
-					      .hole_count = s->hole_count,
-					      .component_count = best.report.component_count,
-					      .handle_count = best.report.handle_count,
-					      .label_count = best.report.label_count,
-					      .root = best.root,
-					      .bytes_c = (double)best.report.cost_c / per_byte,
-					      .bytes_g = (double)best.report.cost_g / per_byte,
-					      .bytes_f = (double)best.report.cost_f / per_byte,
-					      .bytes_header = header + sum_size,
-					      .bytes_total = at};
+		fill_report(report, &payload, &best);
+		report->bytes_header = header + sum_size;
+		report->bytes_total = at;
 	}
 	free(best.bytes);
 	payload_free(&payload);
@@ -277,55 +253,35 @@ void ffx_free(struct ffx *ffx)
 	*ffx = (struct ffx){0};
 }
 
-/* Returns where the payload starts, 0 when the header is wrong. */
-static size_t read_header(struct ffx *ffx, bool *has_patches, const unsigned char *bytes, size_t end, const char *shown,
-			  struct fault *fault)
+static bool read_header(struct ffx *ffx, const unsigned char *bytes, const char *shown, struct fault *fault)
 {
-	ffx->scheme = (enum cage_scheme)(bytes[2] >> 3 & 3);
-	ffx->method = (enum ffx_method)(bytes[2] >> 5 & 1);
-	ffx->has_frame = bytes[2] & 64;
-	*has_patches = bytes[2] & 128;
-	ffx->grid_code = bytes[3];
-	if (ffx->scheme > SCHEME_CATMULLCLARK) {
-		fault_set(fault, EX_BAD_INPUT, "%s: byte 2: unknown subdivision scheme %d", shown, (int)ffx->scheme);
-		return 0;
-	}
-	if (ffx->method != FFX_FACE_FIXER) {
-		fault_set(fault, EX_BAD_INPUT, "%s: byte 2: unknown coding method %d", shown, (int)ffx->method);
-		return 0;
-	}
-	if (ffx->grid_code >= FFX_GRID_CODES) {
-		fault_set(fault, EX_BAD_INPUT, "%s: byte 3: there is no grid %u", shown, ffx->grid_code);
-		return 0;
-	}
-	size_t at = HEADER_SIZE;
-	if (!ffx->has_frame)
-		return at;
-	bool is_good = end >= at + STEP_SIZE;
-	if (is_good) {
-		get_frame_step(&ffx->frame, bytes + at);
-		is_good = ffx_frame_step(ffx->frame.step) == ffx->frame.step;
-		at += STEP_SIZE;
-	}
-	for (int k = 0; k < 3 && is_good; k++) {
-		const size_t taken = get_signed(&ffx->frame.origin[k], bytes + at, end - at);
-		is_good = taken > 0;
-		at += taken;
-	}
-	if (!is_good)
-		fault_set(fault, EX_BAD_INPUT, "%s: byte %zu: the frame is damaged", shown, at);
-	return is_good ? at : 0;
+	ffx->scheme = (enum cage_scheme)(bytes[1] >> 2 & 3);
+	ffx->method = bytes[1] & 16 ? FFX_FORWARD : FFX_FACE_FIXER;
+	ffx->has_frame = bytes[1] & 32;
+	ffx->grid_code = bytes[2];
+	if (ffx->scheme > SCHEME_CATMULLCLARK)
+		return fault_set(fault, EX_BAD_INPUT, "%s: byte 1: unknown subdivision scheme %d", shown, (int)ffx->scheme);
+	if (bytes[1] & 128)
+		return fault_set(fault, EX_BAD_INPUT, "%s: byte 1: an unknown flag is set", shown);
+	if (ffx->grid_code >= FFX_GRID_CODES)
+		return fault_set(fault, EX_BAD_INPUT, "%s: byte 2: there is no grid %u", shown, ffx->grid_code);
+	return true;
+}
+
+bool ffx_is_stream(const unsigned char *bytes, size_t size)
+{
+	return size >= HEADER_SIZE && bytes[0] == MAGIC && (bytes[1] & 3) == FFX_VERSION;
 }
 
 bool ffx_decode(struct ffx *ffx, const unsigned char *bytes, size_t size, const char *shown, struct fault *fault)
 {
 	*ffx = (struct ffx){0};
-	if (size < sizeof magic || memcmp(bytes, magic, sizeof magic) != 0)
+	if (size < 1 || bytes[0] != MAGIC)
 		return fault_set(fault, EX_BAD_INPUT, "%s: not an FFX stream", shown);
 	if (size < HEADER_SIZE + 2)
 		return fault_set(fault, EX_BAD_INPUT, "%s: the stream ends in its header", shown);
-	if ((bytes[2] & 7) != FFX_VERSION)
-		return fault_set(fault, EX_BAD_INPUT, "%s: FFX version %d is not known here (only %d)", shown, bytes[2] & 7,
+	if ((bytes[1] & 3) != FFX_VERSION)
+		return fault_set(fault, EX_BAD_INPUT, "%s: FFX version %d is not known here (only %d)", shown, bytes[1] & 3,
 				 FFX_VERSION);
 	const size_t sum_size = size <= SHORT_STREAM ? 2 : 4, end = size - sum_size;
 	uint32_t sum = 0;
@@ -333,18 +289,18 @@ bool ffx_decode(struct ffx *ffx, const unsigned char *bytes, size_t size, const 
 		sum |= (uint32_t)bytes[end + i] << 8 * i;
 	if (checksum_size(end) != sum_size || sum != checksum(bytes, end))
 		return fault_set(fault, EX_BAD_INPUT, "%s: damaged: the checksum differs", shown);
-	bool has_patches;
-	const size_t start = read_header(ffx, &has_patches, bytes, end, shown, fault);
-	if (start == 0)
+	if (!read_header(ffx, bytes, shown, fault))
 		return false;
+	const size_t start = HEADER_SIZE;
 	struct ffx_model *model = mem_array(1, sizeof *model);
 	struct ffx_coder coder = {.model = model};
 	model_init(model);
 	range_decode(&coder.range, bytes + start, end - start);
 	struct fault inner = {0};
 	const size_t label_limit = LABELS_FREE + LABELS_PER_BYTE * (end - start);
-	bool is_good =
-		payload_decode(&coder, ffx, has_patches, label_limit < INDEX_LIMIT / 4 ? label_limit : INDEX_LIMIT / 4, &inner);
+	bool is_good = !ffx->has_frame || frame_code(&coder, &ffx->frame, ffx_grid_steps(ffx->grid_code), &inner);
+	is_good = is_good && payload_decode(&coder, ffx, bytes[1] & 64,
+					    label_limit < INDEX_LIMIT / 4 ? label_limit : INDEX_LIMIT / 4, &inner);
 	if (is_good && coder.range.is_overrun)
 		is_good = fault_set(&inner, EX_BAD_INPUT, "the stream ends too early");
 	for (size_t i = start + coder.range.input_read; i < end && is_good; i++)

@@ -190,3 +190,30 @@ bool surface_build(struct ffx_surface *surface, const idx_t *corner, const size_
 	}
 	return true;
 }
+
+bool surface_check(const struct ffx_surface *surface, struct fault *fault)
+{
+	idx_t *corner = mem_array(surface->half_count, sizeof *corner);
+	size_t *start = mem_array(surface->face_count + 1, sizeof *start);
+	size_t count = 0, faces = 0;
+	for (size_t f = 0; f < surface->face_count; f++) {
+		if (surface->hole[f])
+			continue;
+		idx_t h = surface->first[f];
+		do {
+			corner[count++] = surface->origin[h];
+			h = surface->next[h];
+		} while (h != surface->first[f]);
+		start[++faces] = count;
+	}
+	bool is_good = true;
+	for (size_t h = 0; h < surface->half_count && is_good; h++)
+		if (surface->hole[surface->face[h]] && surface->hole[surface->face[surface->twin[h]]])
+			is_good = fault_set(fault, EX_BAD_INPUT, "an edge without a face");
+	struct ffx_surface again = {0};
+	is_good = is_good && surface_build(&again, corner, start, faces, surface->vertex_count, fault);
+	surface_free(&again);
+	free(corner);
+	free(start);
+	return is_good;
+}

@@ -27,6 +27,9 @@ void surface_free(struct ffx_surface *surface);
 bool surface_build(struct ffx_surface *surface, const idx_t *corner, const size_t *face_start, size_t face_count,
 		   size_t vertex_count, struct fault *fault);
 
+/* A decoded surface may be what no cage is: a face that meets itself, two edges between the same vertices, touching holes. */
+bool surface_check(const struct ffx_surface *surface, struct fault *fault);
+
 static inline idx_t surface_end(const struct ffx_surface *surface, idx_t half)
 {
 	return surface->origin[surface->twin[half]];

