@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "stages/geometry/subdivide_mask.h"
+#include "stages/geometry/subdivide_room.h"
 #include "stages/geometry/subdivide_topology.h"
 
 /* Rules of vertices: entries of the mask table that exist on every level; those of the first levels' vertices follow. */
@@ -38,7 +39,8 @@ struct refiner {
 	struct run *run;
 	size_t run_count;
 	idx_t *rule;            /* a vertex: entry of mask */
-	struct step_mask *mask; /* the whole table, owned with the first level */
+	struct step_mask *mask; /* the whole table, owned by level_refine */
+	void *room;             /* where all arrays are that no level_refine hands out */
 };
 
 static double *at(double *xyz, size_t vertex)
@@ -203,11 +205,10 @@ static void finish_positions(double *restrict out, const struct refiner *r)
 	}
 }
 
-/* The sides of the halves of every crease. numbering NULL: their edges are not needed. */
+/* The sides of the halves of every crease, into out->side. numbering NULL: their edges are not needed. */
 static void split_sides(struct refiner *out, const struct refiner *r, struct numbering *numbering)
 {
 	out->side_count = 2 * r->side_count;
-	out->side = mem_array(out->side_count, sizeof *out->side);
 	for (size_t s = 0; s < r->side_count; s++) {
 		const struct side g = r->side[s];
 		const idx_t d = splits_to_quads((size_t)g.degree, r->scheme) ? 4 : 3, middle = (idx_t)r->vertex_count + g.edge;
@@ -233,19 +234,33 @@ static void refine_once(struct refiner *out, const struct refiner *r, bool is_la
 	                        .edge_count = 2 * r->edge_count + r->corner_count,
 	                        .corner_count = 4 * r->corner_count,
 	                        .mask = r->mask};
-	out->xyz = mem_array(3 * out->vertex_count, sizeof *out->xyz);
-	out->corner = mem_array(out->corner_count, sizeof *out->corner);
 	struct numbering numbering = {0};
-	if (!is_last) {
-		numbering.half = mem_array(2 * r->edge_count, sizeof *numbering.half);
-		out->edge = mem_array(out->corner_count, sizeof *out->edge);
-		out->rule = mem_resize(mem_copy(r->rule, v_count, sizeof *out->rule), out->vertex_count, sizeof *out->rule);
+	size_t room = room_piece(2 * r->side_count, sizeof *out->side);
+	if (!is_last)
+		room += room_piece(3 * out->vertex_count, sizeof *out->xyz) + 2 * room_piece(out->corner_count, sizeof *out->corner) +
+		        room_piece(out->vertex_count, sizeof *out->rule) + room_piece(r->run_count, sizeof *out->run) +
+		        room_piece(2 * r->edge_count, sizeof *numbering.half);
+	unsigned char *next = out->room = room_array(room, 1);
+	out->side = room_take(&next, 2 * r->side_count, sizeof *out->side);
+	if (is_last) {
+		out->xyz = room_array(3 * out->vertex_count, sizeof *out->xyz);
+		out->corner = room_array(out->corner_count, sizeof *out->corner);
+	} else {
+		out->xyz = room_take(&next, 3 * out->vertex_count, sizeof *out->xyz);
+		out->corner = room_take(&next, out->corner_count, sizeof *out->corner);
+		out->edge = room_take(&next, out->corner_count, sizeof *out->edge);
+		out->rule = room_take(&next, out->vertex_count, sizeof *out->rule);
+		out->run = room_take(&next, r->run_count, sizeof *out->run);
+		numbering.half = room_take(&next, 2 * r->edge_count, sizeof *numbering.half);
+		memset(numbering.half, 0, 2 * r->edge_count * sizeof *numbering.half);
+		memcpy(out->rule, r->rule, v_count * sizeof *out->rule);
 		for (size_t i = v_count; i < v_count + r->edge_count; i++)
 			out->rule[i] = RULE_QUADS_4; /* one less for each triangle at the edge */
 		for (size_t i = 0; i < centre_count; i++)
 			out->rule[v_count + r->edge_count + i] = first_centre_mask == RULE_QUADS_4 ? RULE_QUADS_4 : first_centre_mask + (idx_t)i;
-		out->run = mem_array(r->run_count, sizeof *out->run);
 	}
+	/* sums start at nothing, centres are not summed up */
+	memset(out->xyz, 0, 3 * (v_count + r->edge_count) * sizeof *out->xyz);
 	size_t h = 0, centre = v_count + r->edge_count;
 	for (size_t i = 0; i < r->run_count; i++) {
 		const size_t degree = r->run[i].degree;
@@ -280,20 +295,9 @@ static void refine_once(struct refiner *out, const struct refiner *r, bool is_la
 	}
 	finish_positions(out->xyz, r);
 	split_sides(out, r, is_last ? NULL : &numbering);
-	free(numbering.half);
 	if (!is_last)
 		for (size_t s = 0; s < r->side_count; s++)
 			out->rule[v_count + (size_t)r->side[s].edge] = RULE_CREASE;
-}
-
-static void refiner_free(struct refiner *r)
-{
-	free(r->xyz);
-	free(r->corner);
-	free(r->edge);
-	free(r->side);
-	free(r->run);
-	free(r->rule);
 }
 
 /* The level that comes in, with its edges, creases, runs and masks; room for centre_count masks of first centres. */
@@ -305,19 +309,31 @@ static void refiner_start(struct refiner *r, const struct level *in, enum cage_s
 	                      .vertex_count = in->vertex_count,
 	                      .edge_count = t.edge_count,
 	                      .corner_count = in->face_start[in->face_count]};
-	r->xyz = mem_copy(in->xyz, 3 * in->vertex_count, sizeof *r->xyz);
-	r->corner = mem_copy(in->face_corner, r->corner_count, sizeof *r->corner);
-	r->run = mem_array(in->face_count, sizeof *r->run);
-	for (size_t f = 0; f < in->face_count; f++) {
-		const size_t degree = in->face_start[f + 1] - in->face_start[f];
-		if (r->run_count == 0 || r->run[r->run_count - 1].degree != degree)
-			r->run[r->run_count++].degree = degree;
-		r->run[r->run_count - 1].face_count++;
-	}
 	size_t sides = 0;
 	for (size_t h = 0; h < r->corner_count; h++)
 		sides += t.crease[t.edge[h]];
-	r->side = mem_array(sides, sizeof *r->side);
+	unsigned char *next = r->room =
+	        room_array(room_piece(3 * r->vertex_count, sizeof *r->xyz) + 2 * room_piece(r->corner_count, sizeof *r->corner) +
+	                           room_piece(sides, sizeof *r->side) + room_piece(in->face_count, sizeof *r->run) +
+	                           room_piece(r->vertex_count, sizeof *r->rule),
+	                   1);
+	r->xyz = room_take(&next, 3 * r->vertex_count, sizeof *r->xyz);
+	r->corner = room_take(&next, r->corner_count, sizeof *r->corner);
+	r->edge = room_take(&next, r->corner_count, sizeof *r->edge);
+	r->side = room_take(&next, sides, sizeof *r->side);
+	r->run = room_take(&next, in->face_count, sizeof *r->run);
+	r->rule = room_take(&next, r->vertex_count, sizeof *r->rule);
+	if (r->corner_count > 0) {
+		memcpy(r->xyz, in->xyz, 3 * r->vertex_count * sizeof *r->xyz);
+		memcpy(r->corner, in->face_corner, r->corner_count * sizeof *r->corner);
+		memcpy(r->edge, t.edge, r->corner_count * sizeof *r->edge);
+	}
+	for (size_t f = 0; f < in->face_count; f++) {
+		const size_t degree = in->face_start[f + 1] - in->face_start[f];
+		if (r->run_count == 0 || r->run[r->run_count - 1].degree != degree)
+			r->run[r->run_count++] = (struct run){degree, 0};
+		r->run[r->run_count - 1].face_count++;
+	}
 	for (size_t h = 0; h < r->corner_count; h++) {
 		if (!t.crease[t.edge[h]])
 			continue;
@@ -331,7 +347,6 @@ static void refiner_start(struct refiner *r, const struct level *in, enum cage_s
 		                                         t.half[2 * (size_t)t.edge[h]] == (idx_t)h};
 	}
 	/* one mask a vertex, then one a centre of the faces that come in; valence and quads stay what they are on all levels */
-	r->rule = mem_array(in->vertex_count, sizeof *r->rule);
 	r->mask = mem_array(RULE_FIRST + in->vertex_count + in->face_count, sizeof *r->mask);
 	r->mask[RULE_CORNER] = step_mask_corner();
 	r->mask[RULE_CREASE] = step_mask_crease();
@@ -357,8 +372,6 @@ static void refiner_start(struct refiner *r, const struct level *in, enum cage_s
 		if (splits_to_quads(degree, scheme))
 			r->mask[first_centre + centre++] = step_mask_smooth(degree, degree);
 	}
-	r->edge = t.edge;
-	t.edge = NULL;
 	topology_free(&t);
 }
 
@@ -401,6 +414,30 @@ void level_refined_size(size_t *vertices, size_t *faces, size_t *corners, const 
 		*corners = fits ? c : SIZE_MAX;
 }
 
+/* Faces of the last level: where their corners start, and which face they come from. */
+static void set_faces(struct level *out, const struct level *in, enum cage_scheme scheme, int steps)
+{
+	for (size_t f = 0; f < in->face_count; f++)
+		out->face_count += face_children(in->face_start[f + 1] - in->face_start[f], scheme, steps);
+	out->face_start = room_array(out->face_count + 1, sizeof *out->face_start);
+	out->face_origin = room_array(out->face_count, sizeof *out->face_origin);
+	size_t *restrict face_start = out->face_start;
+	idx_t *restrict face_origin = out->face_origin;
+	size_t start = 0;
+	for (size_t f = 0; f < in->face_count; f++) {
+		const size_t degree = in->face_start[f + 1] - in->face_start[f], count = face_children(degree, scheme, steps);
+		const size_t stride = steps == 0 ? degree : splits_to_quads(degree, scheme) ? 4 : 3;
+		for (size_t k = 0; k < count; k++)
+			face_start[k] = start + k * stride;
+		for (size_t k = 0; k < count; k++)
+			face_origin[k] = in->face_origin[f];
+		face_start += count;
+		face_origin += count;
+		start += count * stride;
+	}
+	*face_start = start;
+}
+
 void level_refine(struct level *out, const struct level *in, enum cage_scheme scheme, int steps)
 {
 	memset(out, 0, sizeof *out);
@@ -411,35 +448,19 @@ void level_refine(struct level *out, const struct level *in, enum cage_scheme sc
 		assert(r.corner_count <= INDEX_LIMIT / 4);
 		struct refiner next;
 		refine_once(&next, &r, s == steps - 1, s == 0 ? (idx_t)(RULE_FIRST + in->vertex_count) : RULE_QUADS_4);
-		refiner_free(&r);
+		free(r.room);
 		r = next;
 	}
 	out->vertex_count = r.vertex_count;
-	out->xyz = r.xyz;
-	out->face_corner = r.corner;
-	r.xyz = NULL;
-	r.corner = NULL;
-	out->corner = mem_array(out->vertex_count, 1);
+	out->xyz = steps > 0 ? r.xyz : mem_copy(r.xyz, 3 * r.vertex_count, sizeof *r.xyz);
+	out->face_corner = steps > 0 ? r.corner : mem_copy(r.corner, r.corner_count, sizeof *r.corner);
+	out->corner = room_zeroed(out->vertex_count, 1);
 	for (size_t v = 0; v < in->vertex_count; v++)
 		out->corner[v] = in->corner[v];
-	out->sharp = mem_array(r.corner_count, 1);
+	out->sharp = room_zeroed(r.corner_count, 1);
 	for (size_t s = 0; s < r.side_count; s++)
 		out->sharp[r.side[s].first + r.side[s].k] = 1;
-	for (size_t f = 0; f < in->face_count; f++)
-		out->face_count += face_children(in->face_start[f + 1] - in->face_start[f], scheme, steps);
-	out->face_start = mem_array(out->face_count + 1, sizeof *out->face_start);
-	out->face_origin = mem_array(out->face_count, sizeof *out->face_origin);
-	size_t face = 0, start = 0;
-	for (size_t f = 0; f < in->face_count; f++) {
-		const size_t degree = in->face_start[f + 1] - in->face_start[f], count = face_children(degree, scheme, steps);
-		const size_t stride = steps == 0 ? degree : splits_to_quads(degree, scheme) ? 4 : 3;
-		for (size_t k = 0; k < count; k++) {
-			out->face_origin[face] = in->face_origin[f];
-			out->face_start[face++] = start;
-			start += stride;
-		}
-	}
-	out->face_start[face] = start;
-	refiner_free(&r);
+	set_faces(out, in, scheme, steps);
+	free(r.room);
 	free(mask);
 }

@@ -34,8 +34,8 @@ void level_refined_size(size_t *vertices, size_t *faces, size_t *corners, const 
 /* Fast uniform refiner: n steps with any levels between freed. The result is triangles and quads from level 1 on. The faces of
  * a face stay together, in its order: with the split into triangles those at its corners, then the middle one; else those at its
  * corners. New vertices: one an edge, then one at the middle of each face that becomes quads. Sizes must fit
- * (level_refined_size). n steps at once give the same bytes as n times one step. About 10 ns a vertex of the result, and as much
- * again or more for the memory. */
+ * (level_refined_size). n steps at once give the same bytes as n times one step. About 10 ns a vertex of the result, and
+ * as much again for fresh memory in huge pages, three times that where the system has none. */
 void level_refine(struct level *out, const struct level *in, enum cage_scheme scheme, int steps);
 
 /* Move every vertex to its limit position, in place. Where there are n-gons (under Catmull-Clark: triangles), which have no

@@ -1,7 +1,10 @@
 /* Subdivision steps against the published rules, written again here without any of the code under test. */
 #include "tests/unit/cage_samples.h"
 
+#include <malloc.h>
+
 #include "stages/geometry/curve.h"
+#include "stages/geometry/subdivide_room.h"
 #include "stages/geometry/vector.h"
 
 /* Faces that hold the edge a-b (either direction). */
@@ -232,6 +235,50 @@ static void steps_compose(void **state)
 		level_free(&now);
 		cage_drop(&cage);
 	}
+}
+
+/* Large levels take memory as it comes, what it held before must not show. Seven steps of the smallest sample are large. */
+static void old_memory_does_not_show(void **state)
+{
+	(void)state;
+	for (int which = 0; which < SAMPLE_COUNT; which++) {
+		struct cage cage = sample(which);
+		struct level base = level_make(&cage), level[2];
+		for (int i = 0; i < 2; i++) {
+			mallopt(M_PERTURB, i ? 0x5a : 0xc3); /* glibc then fills new memory with the complement */
+			level_refine(&level[i], &base, cage.scheme, which == 0 ? 7 : 4);
+			mallopt(M_PERTURB, 0);
+		}
+		if (which == 0)
+			assert_true(3 * level[0].vertex_count * sizeof(double) > ROOM_LARGE);
+		assert_same_level(&level[0], &level[1]);
+		for (int i = 0; i < 2; i++)
+			level_free(&level[i]);
+		level_free(&base);
+		cage_drop(&cage);
+	}
+}
+
+/* Pieces of one room do not overlap, and each starts on a cache line of it. */
+static void pieces_of_a_room(void **state)
+{
+	(void)state;
+	const size_t count[] = {0, 1, 100, 50000}, size[] = {8, 1, 3, 24};
+	size_t all = 0;
+	for (int i = 0; i < 4; i++)
+		all += room_piece(count[i], size[i]);
+	unsigned char *room = room_zeroed(all, 1), *next = room, *before = room;
+	assert_true(all > ROOM_LARGE);
+	for (size_t i = 0; i < all; i++)
+		assert_int_equal(room[i], 0);
+	for (int i = 0; i < 4; i++) {
+		unsigned char *piece = room_take(&next, count[i], size[i]);
+		assert_true(piece >= before && (piece - room) % 64 == 0);
+		before = piece + count[i] * size[i];
+		assert_true(before <= next);
+	}
+	assert_ptr_equal(next, room + all);
+	free(room);
 }
 
 /* Rows of the operator: the very surface, rising columns, sums of 1. */
@@ -507,6 +554,8 @@ int main(void)
 	        cmocka_unit_test(catmull_clark_takes_any_faces),
 	        cmocka_unit_test(triangles_are_loop),
 	        cmocka_unit_test(steps_compose),
+	        cmocka_unit_test(old_memory_does_not_show),
+	        cmocka_unit_test(pieces_of_a_room),
 	        cmocka_unit_test(operator_equals_refiner),
 	        cmocka_unit_test(numbering_does_not_matter),
 	        cmocka_unit_test(closed_stays_watertight),
