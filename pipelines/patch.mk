@@ -5,11 +5,13 @@
 # makes dir/part.ffx and, on the way, dir/part.STAGE.ply (part: the file's name without its extensions). Every file is
 # written whole or not at all. Edit any of them and run the same command again: only what depends on it is made anew.
 #   TOL, MAX   bounds of the mean and of the largest distance to the part, as lengths or in % of its longest side
+#   EFFORT     0 to 9: how long polish looks for fewer bytes
 #   LEVEL      subdivision level at which the result is measured
-#   CURV SEGMENT RECTIFY FITCURVES FITPATCH ASSEMBLE FACEFIX   more options for a stage
+#   CURV SEGMENT RECTIFY FITCURVES FITPATCH ASSEMBLE POLISH FACEFIX   more options for a stage
 TOL ?= 0.1%
 MAX ?= 1%
 LEVEL ?= 4
+EFFORT ?= 5
 OUT ?= .
 here := $(dir $(lastword $(MAKEFILE_LIST)))
 # Tools of the build beside this file, else those on PATH.
@@ -38,7 +40,7 @@ $(OUT):
 	mkdir -p $@
 
 # What shapes the result beside the part itself: a change makes the stages that use it run again.
-bounds := TOL=$(TOL) MAX=$(MAX) LEVEL=$(LEVEL) $(FITCURVES) $(FITPATCH) $(ASSEMBLE) $(FACEFIX)
+bounds := TOL=$(TOL) MAX=$(MAX) LEVEL=$(LEVEL) EFFORT=$(EFFORT) $(FITCURVES) $(FITPATCH) $(ASSEMBLE) $(POLISH) $(FACEFIX)
 $(OUT)/%.bounds: FORCE | $(OUT)
 	@echo '$(bounds)' | cmp -s - $@ || echo '$(bounds)' > $@
 .PHONY: FORCE
@@ -61,8 +63,13 @@ $(OUT)/%.fitpatch.ply: $(OUT)/%.fitcurves.ply $(OUT)/%.rectify.ply
 	$(BIN)fitpatch --tol $(call share,0.8,$(MAX)) --mean $(call share,0.8,$(TOL)) $(FITPATCH) --mesh $(OUT)/$*.rectify.ply -o $@ $<
 $(OUT)/%.assemble.ply: $(OUT)/%.fitpatch.ply
 	$(BIN)assemble $(ASSEMBLE) -o $@ $<
-$(OUT)/%.ffx: $(OUT)/%.assemble.ply
-	$(BIN)facefix --tolerance $(call share,0.3,$(TOL)) $(FACEFIX) -o $@ $<
+define polish
+$(OUT)/$(1).polish.ply: $(OUT)/$(1).assemble.ply $(2)
+	$(BIN)polish --mean $(TOL) --max $(MAX) --effort $(EFFORT) --level $(LEVEL) $(POLISH) --mesh $(2) -o $$@ $$<
+endef
+$(foreach f,$(IN),$(eval $(call polish,$(call part_of,$(f)),$(f))))
+$(OUT)/%.ffx: $(OUT)/%.polish.ply
+	$(BIN)facefix $(FACEFIX) -o $@ $<
 
 # The error of the stream that was written, against the part that was read.
 $(OUT)/%.stl: $(OUT)/%.ffx

@@ -162,6 +162,11 @@ void local_to_ply(struct ply *ply, const struct draft *draft)
 	ply_drop_element(ply, "edge");
 	cage_to_ply(ply, &cage);
 	network_to_ply(ply, &network, "netpoint");
+	size_t held = 0;
+	for (size_t i = 0; i < draft->control.count; i++)
+		held += draft->control.held[i] && net[i] != NO_INDEX;
+	if (held > 0)
+		ply_comment(ply, "cagewright held %zu", held);
 	free(local), free(of_patch), free(net);
 	cage_free(&cage);
 	network_free(&network);

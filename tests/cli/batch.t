@@ -34,7 +34,7 @@ cubes() {
 # The stages without the measuring, which takes most of the time of a small part.
 cat > short.mk <<MK
 all:
-	\$(MAKE) -f "$ROOT/pipelines/patch.mk" BIN="$BIN/" IN=\$(IN) OUT=\$(OUT) \$(OUT)/\$(basename \$(IN)).ffx
+	\$(MAKE) -f "$ROOT/pipelines/patch.mk" BIN="$BIN/" EFFORT=0 IN=\$(IN) OUT=\$(OUT) \$(OUT)/\$(basename \$(IN)).ffx
 MK
 
 # --- a folder, a list -----------------------------------------------------------------------------------------------

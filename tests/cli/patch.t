@@ -5,7 +5,7 @@
 part plate1 --facets 32
 part filleted --nasty
 cp plate1.stl given.stl
-stages='curv.ply segment.ply rectify.ply fitcurves.ply fitpatch.ply assemble.ply ffx stl'
+stages='curv.ply segment.ply rectify.ply fitcurves.ply fitpatch.ply assemble.ply polish.ply ffx stl'
 
 # same FOLDER FOLDER PART: the same bytes of every stage
 same() {
@@ -20,7 +20,7 @@ later() {
 	done
 }
 
-patch IN=plate1.stl OUT=a > log 2>&1
+patch EFFORT=0 IN=plate1.stl OUT=a > log 2>&1
 ok $? 'packs a part'
 for stage in $stages; do
 	[ -s a/plate1.$stage ]
@@ -38,12 +38,12 @@ ok $? '... and the part as it was'
 
 sleep 1.1
 touch stamp
-patch IN=plate1.stl OUT=a > log 2>&1
+patch EFFORT=0 IN=plate1.stl OUT=a > log 2>&1
 ok $? 'a second time'
 is '' "$(later plate1 stamp)" '... nothing is made again'
-patch IN=plate1.stl OUT=a TOL=0.2% > log 2>&1
-is 'fitcurves.ply fitpatch.ply assemble.ply ffx stl ' "$(later plate1 stamp)" 'another bound concerns the stages that know it'
-patch IN=plate1.stl OUT=a > log 2>&1
+patch EFFORT=0 IN=plate1.stl OUT=a TOL=0.2% > log 2>&1
+is 'fitcurves.ply fitpatch.ply assemble.ply polish.ply ffx stl ' "$(later plate1 stamp)" 'another bound concerns the stages that know it'
+patch EFFORT=0 IN=plate1.stl OUT=a > log 2>&1
 
 # One point of the hole's lower rim, the one farthest along x, moved by 6 further out. The curve is a cubic B-spline: it passes
 # (a + 4 b + c) / 6 near the point b, and moves by two thirds as much.
@@ -92,9 +92,9 @@ at_most 2.5 "$(nearest new-place)" '... and not at the new one'
 sleep 1.1
 touch stamp
 cp edited.ply a/plate1.fitcurves.ply
-patch IN=plate1.stl OUT=a > log 2>&1
+patch EFFORT=0 IN=plate1.stl OUT=a > log 2>&1
 ok $? 'the pipeline goes on from the edited network'
-is 'fitcurves.ply fitpatch.ply assemble.ply ffx stl ' "$(later plate1 stamp)" '... making only what depends on it'
+is 'fitcurves.ply fitpatch.ply assemble.ply polish.ply ffx stl ' "$(later plate1 stamp)" '... making only what depends on it'
 cmp -s edited.ply a/plate1.fitcurves.ply
 ok $? '... and not the network'
 at_most "$(nearest new-place)" 1 '... the rim passes where it was moved to'
@@ -104,13 +104,13 @@ is '0 0' "$(value b_open_edges deviation) $(value b_nonmanifold_edges deviation)
 
 # Several parts, threads, again.
 gzip -c filleted.stl > filleted.stl.gz
-patch -j2 IN='plate1.stl filleted.stl.gz' OUT=b > log 2>&1
+patch -j2 EFFORT=0 IN='plate1.stl filleted.stl.gz' OUT=b > log 2>&1
 ok $? 'two parts at a time, one of them compressed'
 [ -s b/plate1.ffx ] && [ -s b/filleted.ffx ]
 ok $? '... both are packed'
-OMP_NUM_THREADS=1 patch IN=plate1.stl OUT=c > log 2>&1 && OMP_NUM_THREADS=1 patch IN=filleted.stl OUT=c >> log 2>&1
+OMP_NUM_THREADS=1 patch EFFORT=0 IN=plate1.stl OUT=c > log 2>&1 && OMP_NUM_THREADS=1 patch EFFORT=0 IN=filleted.stl OUT=c >> log 2>&1
 ok $? 'one after the other with one thread'
-OMP_NUM_THREADS=2 patch IN=plate1.stl OUT=d > log 2>&1 && OMP_NUM_THREADS=2 patch IN=filleted.stl OUT=d >> log 2>&1
+OMP_NUM_THREADS=2 patch EFFORT=0 IN=plate1.stl OUT=d > log 2>&1 && OMP_NUM_THREADS=2 patch EFFORT=0 IN=filleted.stl OUT=d >> log 2>&1
 ok $? '... with two threads'
 same b c plate1 && same b c filleted
 ok $? '... the same bytes as together'
@@ -120,33 +120,33 @@ ok $? '... the same bytes with one thread and two'
 # Killed half way: what is there is whole, and the next run goes on from it.
 for delay in 0.1 0.3 0.6; do
 	rm -rf k
-	(cd "$work" && exec timeout -s TERM $delay make -f "$ROOT/pipelines/patch.mk" BIN="$BIN/" IN=plate1.stl OUT=k) > log 2>&1
+	(cd "$work" && exec timeout -s TERM $delay make -f "$ROOT/pipelines/patch.mk" BIN="$BIN/" EFFORT=0 IN=plate1.stl OUT=k) > log 2>&1
 	partial=0
 	for stage in $stages; do
 		[ ! -e k/plate1.$stage ] || cmp -s k/plate1.$stage b/plate1.$stage || partial=$((partial + 1))
 	done
 	is 0 $partial "killed after $delay seconds: every file is whole or absent"
-	patch IN=plate1.stl OUT=k > log 2>&1 && same k b plate1
+	patch EFFORT=0 IN=plate1.stl OUT=k > log 2>&1 && same k b plate1
 	ok $? '... and the next run ends as if nothing had been'
 done
 
 # What cannot be packed.
 printf 'solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 nan\n' > broken.stl
-patch IN=broken.stl OUT=e > log 2>&1
+patch EFFORT=0 IN=broken.stl OUT=e > log 2>&1
 is 2 $? 'a broken part stops make'
 is 1 "$(grep -c '^curv: broken.stl' log)" '... with the message of the stage'
 is '' "$(find e -name 'broken.*' ! -name '*.bounds')" '... and no file'
-patch -k IN='broken.stl filleted.stl' OUT=e > log 2>&1
+patch -k EFFORT=0 IN='broken.stl filleted.stl' OUT=e > log 2>&1
 cmp -s e/filleted.ffx b/filleted.ffx
 ok $? '-k: the other part is packed all the same'
-patch IN=plate1.stl OUT=b TOL=0.00001% MAX=0.0001% > log 2>&1
+patch EFFORT=0 IN=plate1.stl OUT=b TOL=0.00001% MAX=0.0001% > log 2>&1
 is 1 "$(grep -c '^plate1: .* MISSES its bounds' log)" 'bounds that are not kept are called missed'
 mkdir other
 cp plate1.stl other
-patch IN='plate1.stl other/plate1.stl' OUT=f > log 2>&1
+patch EFFORT=0 IN='plate1.stl other/plate1.stl' OUT=f > log 2>&1
 is 2 $? 'two parts of one name'
 is 1 "$(grep -c 'same part name' log)" '... are refused'
-patch IN=plate1.stl OUT=. > log 2>&1
+patch EFFORT=0 IN=plate1.stl OUT=. > log 2>&1
 is 1 "$(grep -c 'would be overwritten' log)" 'the folder of the part itself is refused'
 cmp -s plate1.stl given.stl
 ok $? '... and the part stays'

@@ -80,7 +80,7 @@ refuses 3 'cube.off: a plain mesh has no curvatures to colour by' --colour curva
 : >empty.stl
 refuses 3 'empty.stl: the file is empty' empty.stl
 refuses 4 'none.ply: No such file or directory' none.ply
-printf 'FX damaged' >part.ffx
+printf '\372\061damaged' >part.ffx
 "$BIN/render" part.ffx -o out.png 2>message
 is 3 $? 'a damaged packed cage is exit 3'
 [ ! -e out.png ] && grep -q '^render: part.ffx: ' message

@@ -5,7 +5,7 @@
 part filleted --nasty
 "$BIN/curv" filleted.stl -o in.segment && "$BIN/segment" in.segment -o in.rectify && "$BIN/rectify" in.rectify -o in.fitcurves &&
 	"$BIN/fitcurves" in.fitcurves -o in.fitpatch && "$BIN/fitpatch" --mesh in.fitcurves in.fitpatch -o in.assemble &&
-	"$BIN/assemble" in.assemble -o in.facefix && "$BIN/facefix" in.facefix -o in.unpack
+	"$BIN/assemble" in.assemble -o in.polish && "$BIN/polish" --effort 1 --mesh filleted.stl in.polish -o in.facefix && "$BIN/facefix" in.facefix -o in.unpack
 ok $? 'the stages run one after the other'
 cp filleted.stl in.curv
 cp filleted.stl in.mend
@@ -18,6 +18,7 @@ printf 'old\n' > old
 with() {
 	case $1 in
 	fitpatch) echo '--mesh in.fitcurves' ;;
+	polish) echo '--effort 0 --mesh filleted.stl' ;;
 	deviate) echo 'filleted.stl' ;;
 	esac
 }
@@ -31,7 +32,7 @@ usage() {
 	"$BIN/$1" --help | awk 'NR == 1 {sub(/^usage: /, ""); print; next} /^        / {print; next} {exit}' | tr -s ' \t\n' ' ' | sed 's/^ //; s/ $//'
 }
 
-for tool in assemble curv deviate facefix fitcurves fitpatch mend rectify refine render segment unpack; do
+for tool in assemble curv deviate facefix fitcurves fitpatch mend polish rectify refine render segment unpack; do
 	input=in.$tool
 	before=$(with $tool)
 	# what it writes is told by the extension for some
@@ -144,7 +145,7 @@ for tool in assemble curv deviate facefix fitcurves fitpatch mend rectify refine
 done
 
 # The marks that stages leave.
-is 6 "$(grep -c '^comment cagewright [a-z]* [0-9]' in.facefix)" 'each stage says in its file what it did'
+is 7 "$(grep -c '^comment cagewright [a-z]* [0-9]' in.facefix)" 'each stage says in its file what it did'
 is '' "$(grep -al "$work" in.* | head -n 1)" 'no file names a folder of this machine'
 "$BIN/curv" --no-provenance filleted.stl | grep -q '^comment cagewright curv'
 is 1 $? '--no-provenance leaves that out'

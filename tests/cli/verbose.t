@@ -31,7 +31,9 @@ says '14 curves (2 closed' fitcurves p.rectify.ply -o p.fitcurves.ply
 says 'largest error' fitcurves p.rectify.ply -o p.fitcurves.ply
 says 'patch 0 kind [0-5]: mean .* worst at ' fitpatch --mesh p.rectify.ply p.fitcurves.ply -o p.fitpatch.ply
 says 'euler 0' assemble p.fitpatch.ply -o p.assemble.ply
-says 'holes=0 components=1 handles=1' facefix p.assemble.ply -o p.ffx
+says '[0-9]* vertices, [0-9]* faces before; [0-9]* vertices, [0-9]* faces after' polish --effort 0 --mesh p.stl p.assemble.ply -o p.polish.ply
+says 'bytes=[0-9]* mean_side=0.* max_side=0' polish --effort 0 --mesh p.stl p.assemble.ply -o p.polish.ply
+says 'holes=0 components=1 handles=1' facefix p.polish.ply -o p.ffx
 says 'vertices=[0-9]* faces=' unpack p.ffx -o p.out.stl
 says 'cage: [0-9]* vertices, 0 explicit corners' refine p.assemble.ply -o p.refine.ply
 says 'farthest from the other one on p.out.stl: .* at ' deviate p.stl p.out.stl -o p.report

@@ -64,9 +64,9 @@ part() {
 	tap_part=$1
 	"$PARTS" "$@" -o "$tap_part.stl"
 }
-# patch ARGUMENTS: the patch pipeline
+# patch ARGUMENTS: the patch pipeline, without the search that takes most of its time unless an EFFORT is given
 patch() {
-	make -f "$ROOT/pipelines/patch.mk" BIN="$BIN/" "$@"
+	make -f "$ROOT/pipelines/patch.mk" BIN="$BIN/" EFFORT=0 "$@"
 }
 # plan: the last line
 plan() {
