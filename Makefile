@@ -7,7 +7,7 @@ BUILD ?= build
 BIN ?= $(if $(SAN),$(BUILD)/bin,bin)
 PREFIX ?= /usr/local
 JOBS ?= $(shell nproc 2>/dev/null || echo 2)
-CFLAGS ?= -O2 -g
+CFLAGS ?= -O3 -g
 CXXFLAGS ?= $(CFLAGS)
 OPENMP ?= -fopenmp
 

@@ -19,8 +19,8 @@
 #define COARSEST 14.0           /* grid steps in means allowed, from coarse to fine */
 #define FINEST 1.5
 #define STEP_RATIO 1.0905077    /* an eighth of an octave */
-#define WORK_SMALL 2.5e7        /* samples looked at for a small cage */
-#define WORK_EDGE 1.2e5         /* and more for each edge */
+#define WORK_SMALL 1.6e7        /* samples looked at for a small cage */
+#define WORK_EDGE 8e4           /* and more for each edge */
 #define LARGE 800               /* vertices from which on the search is cut short and rounded points are left where they are */
 #define QUICK 150               /* vertices from which on few grids are tried */
 #define HOPELESS_VERTICES 1600  /* from which on the search would not come far */
