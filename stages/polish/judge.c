@@ -10,6 +10,7 @@
 #include "stages/geometry/vector.h"
 
 #define TURNED_COST 0.02     /* longest sides: a thousandth of the area turned costs as much as 2e-5 of mean distance */
+#define FOLDED_COST 1.0      /* nobody wants a fold, however small: a ten-thousandth of the area is dear */
 #define OVER_COST 20         /* slope above the largest distance wanted */
 #define LIMIT_COST 300       /* and above the limit: one sample in some thousands must weigh more than many bits */
 #define GROUP 16             /* samples that search the surface together */
@@ -219,6 +220,25 @@ static void measure_tips(struct view *view, const struct judge *judge)
 	}
 }
 
+/* Which spots of a root look away from the quarter that they lie in, or with it from the whole root: they are folded over as a whole. What
+ * spans less than 180 degrees is never taken for a fold. */
+static void find_folds(struct skin_spot *spot, size_t count, int steps)
+{
+	const size_t quarter = steps == 3 ? 4 : 1;
+	double whole[3] = {0};
+	for (size_t i = 0; i < count; i++)
+		add_scaled3(whole, spot[i].area, spot[i].normal);
+	for (size_t from = 0; from < count; from += quarter) {
+		double part[3] = {0};
+		for (size_t i = from; i < from + quarter; i++)
+			add_scaled3(part, spot[i].area, spot[i].normal);
+		const bool is_part_folded = dot3(part, whole) < 0;
+		for (size_t i = from; i < from + quarter; i++)
+			if (is_part_folded || dot3(spot[i].normal, part) < 0)
+				spot[i].folded = spot[i].area;
+	}
+}
+
 void view_move(struct view *view, const struct judge *judge, const struct sketch *sketch)
 {
 	const struct target *t = judge->target;
@@ -248,15 +268,19 @@ void view_move(struct view *view, const struct judge *judge, const struct sketch
 	skin_order_free(&order);
 	idx_t near = 0;
 	size_t n = 0;
-	for (size_t r = 0; r < view->skin.root_count; r++)
-		for (size_t i = 0; i < skin_spot_count(&view->skin, r); i++, n++) {
+	for (size_t r = 0; r < view->skin.root_count; r++) {
+		const size_t count = skin_spot_count(&view->skin, r);
+		for (size_t i = 0; i < count; i++) {
+			copy3(view->spot_before[n + i], view->spot[n + i].point);
+			skin_spot(&view->spot[n + i], &view->skin, r, i);
+		}
+		find_folds(&view->spot[n], count, view->skin.steps);
+		for (size_t i = 0; i < count; i++, n++) {
 			struct skin_spot *spot = &view->spot[n];
-			const struct skin_spot before = *spot;
-			skin_spot(spot, &view->skin, r, i);
 			view->spot_root[n] = (idx_t)r;
 			const struct nearest_filter filter = {.normal = spot->normal, .least_dot = LEAST_COSINE, .reach = 1, .slack = SKIN_PENALTY,
 			                                      .hint = sketch && view->spot_foot[n].triangle != NO_INDEX ? 1 + view->spot_foot[n].triangle : near};
-			if (sketch && distance3(before.point, spot->point) < (double)SKIN_HARDLY && view->spot_foot[n].triangle != NO_INDEX)
+			if (sketch && distance3(view->spot_before[n], spot->point) < (double)SKIN_HARDLY && view->spot_foot[n].triangle != NO_INDEX)
 				follow_foot(&view->spot_foot[n], t, spot->point);
 			else
 				view->spot_foot[n] = nearest_point(t->nearest, spot->point, INFINITY, &filter);
@@ -264,10 +288,11 @@ void view_move(struct view *view, const struct judge *judge, const struct sketch
 			near = 1 + foot->triangle;
 			const bool is_turned = dot3(foot->normal, spot->normal) < LEAST_COSINE;
 			view->spot_cost[n] = judge_cost(judge, foot->distance + (is_turned ? SKIN_PENALTY : 0), is_turned) +
-			                     (is_turned ? 0 : TURNED_COST * spot->folded / fmax(spot->area, 1e-30));
+			                     FOLDED_COST * spot->folded / fmax(spot->area, 1e-30);
 			view->spot_sum += spot->area * view->spot_cost[n];
 			view->spot_area += spot->area;
 		}
+	}
 	measure_tips(view, judge);
 }
 
@@ -282,6 +307,7 @@ void view_open(struct view *view, const struct judge *judge, const struct sketch
 	view->spot = mem_array(view->spot_count, sizeof *view->spot);
 	view->spot_foot = mem_array(view->spot_count, sizeof *view->spot_foot);
 	view->spot_root = mem_array(view->spot_count, sizeof *view->spot_root);
+	view->spot_before = mem_array(view->spot_count, sizeof *view->spot_before);
 	view->spot_cost = mem_array(view->spot_count, sizeof *view->spot_cost);
 	list_tips(view, judge);
 	view_move(view, judge, NULL);
@@ -290,7 +316,7 @@ void view_open(struct view *view, const struct judge *judge, const struct sketch
 void view_free(struct view *view)
 {
 	skin_free(&view->skin);
-	free(view->foot), free(view->spot), free(view->spot_foot), free(view->spot_root), free(view->spot_cost), free(view->tip);
+	free(view->foot), free(view->spot), free(view->spot_foot), free(view->spot_root), free(view->spot_before), free(view->spot_cost), free(view->tip);
 	*view = (struct view){0};
 }
 
@@ -334,6 +360,7 @@ static void take_view(struct errors *errors, const struct judge *judge, const st
 		struct face_error *e = &errors->face[view->skin.face[view->spot_root[n]]];
 		e->area += spot->area, e->cost += spot->area * view->spot_cost[n], e->distance += spot->area * foot->distance;
 		e->worst = fmax(e->worst, foot->distance);
+		e->folded += spot->folded;
 		e->turned += dot3(foot->normal, spot->normal) < LEAST_COSINE ? spot->area : spot->folded;
 	}
 	for (size_t i = 0; i < view->tip_count; i++) {
@@ -346,7 +373,7 @@ static void take_view(struct errors *errors, const struct judge *judge, const st
 static void sum_up(struct errors *errors, const struct judge *judge, const struct sketch *sketch)
 {
 	const struct target *t = judge->target;
-	double forward = 0, turned = 0, cost = 0, backward = 0, area = 0, face_cost = 0, turned_area = 0;
+	double forward = 0, turned = 0, cost = 0, backward = 0, area = 0, face_cost = 0, turned_area = 0, folded = 0;
 	for (size_t i = 0; i < t->count; i++) {
 		const struct sample_error *e = &errors->sample[i];
 		cost += (double)e->cost;
@@ -356,7 +383,7 @@ static void sum_up(struct errors *errors, const struct judge *judge, const struc
 	}
 	for (size_t f = 0; f < sketch->face_count; f++) {
 		const struct face_error *e = &errors->face[f];
-		area += e->area, face_cost += e->cost, backward += e->distance, turned_area += e->turned;
+		area += e->area, face_cost += e->cost, backward += e->distance, turned_area += e->turned, folded += e->folded;
 		errors->max = fmax(errors->max, e->worst);
 	}
 	for (size_t v = 0; v < sketch->vertex_count; v++) {
@@ -366,6 +393,7 @@ static void sum_up(struct errors *errors, const struct judge *judge, const struc
 	errors->cost = cost / (double)t->area_count / 2 + face_cost / area / 2;
 	errors->mean = (forward / (double)t->area_count + backward / area) / 2;
 	errors->turned = fmax(turned / (double)t->area_count, turned_area / area);
+	errors->folded = folded / area;
 	list_samples(errors, t->count, sketch->face_count);
 }
 

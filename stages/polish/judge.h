@@ -50,7 +50,7 @@ struct sample_error {
 	unsigned char is_turned;
 };
 struct face_error {
-	double cost, distance, area, turned, worst; /* integrals over the face; the largest distance */
+	double cost, distance, area, turned, folded, worst; /* integrals over the face; the largest distance */
 };
 struct errors {
 	struct sample_error *sample;
@@ -62,6 +62,7 @@ struct errors {
 	double cost;        /* of all, longest sides */
 	double mean, max;   /* distance */
 	double turned;      /* share of the area, the larger of both directions */
+	double folded;      /* share of the surface's area that looks away from what it is a part of */
 };
 void errors_free(struct errors *errors);
 
@@ -78,6 +79,7 @@ struct view {
 	struct skin_spot *spot;
 	struct foot *spot_foot;
 	idx_t *spot_root;
+	double (*spot_before)[3]; /* where the spots were before the last move */
 	struct tip { /* a vertex of the cage, or the middle of a crease, on the surface */
 		idx_t corner[3]; /* the fine vertex, three times */
 		idx_t vertex;    /* of the part: itself, or where the crease's half-edge starts */

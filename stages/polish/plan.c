@@ -16,18 +16,21 @@
 #define SLOPE 2.5               /* d log(mean) / d log(bits) near the end, from many parts: what a bit is worth */
 #define SETTLE_MEAN 1.04        /* rounded cages outside the bounds by less than this may come within by settling */
 #define SETTLE_MAX 1.5
+#define SETTLE_FOLDED 1e-3      /* share of the area beyond what is allowed */
 #define COARSEST 14.0           /* grid steps in means allowed, from coarse to fine */
 #define FINEST 1.5
 #define STEP_RATIO 1.0905077    /* an eighth of an octave */
 #define WORK_SMALL 1.6e7        /* samples looked at for a small cage */
 #define WORK_EDGE 8e4           /* and more for each edge */
-#define LARGE 800               /* vertices from which on the search is cut short and rounded points are left where they are */
+#define LARGE 800               /* vertices from which on a cage is not searched: little could be tried in any time */
 #define QUICK 150               /* vertices from which on few grids are tried */
-#define HOPELESS_VERTICES 1600  /* from which on the search would not come far */
 #define SMALL 48                /* vertices up to which all grids are tried, with the points as they came too */
 #define HOPELESS_BYTES 6        /* more than the best so far before the coordinates are made cheaper: not looked at */
+#define MOST_START 600          /* vertices of a collapsed mesh that a search of less than minutes can bring down */
 #define PEAK_RETRY 1.06         /* a largest distance outside the bound by less than this is settled once more, with a lower limit */
-#define MOST_FOLDED 1e-3        /* share of the area that may look the other way, unless more does in the cage as given */
+#define MOST_TURNED 1e-3        /* share of the area that may look away from the mesh, unless more does in the cage as given */
+#define MOST_FOLDED 5e-6        /* and from what it is a part of: a cage with more counts for */
+#define FOLD_SURCHARGE 1.1      /* so many times its bytes */
 #define PEAK_REFITS 4
 #define LEAST_TRIED 3           /* grids that are settled, whatever work is left */
 #define START_MEAN 0.3          /* of the mean allowed: where a collapsed mesh begins, */
@@ -43,7 +46,7 @@ struct plan {
 	struct plan_result *result;
 	bool has_result;
 	size_t most_work;
-	double most_folded; /* share of the area */
+	double most_turned, most_folded; /* shares of the area */
 	bool takes_unsound; /* parts of the given cage touch already */
 	struct plan_errors measured; /* the last cage that was decoded */
 };
@@ -93,6 +96,40 @@ static bool is_sound(const struct level *fine, const idx_t *triangle, size_t cou
 	return is_good;
 }
 
+/* The share of the area that looks away from the block of four faces that it lies in, or with that from the block's own block: what a fold-over
+ * looks like from within. Children of a face follow each other; two levels are looked at, so that what bends by less than 180 degrees over a sixteenth
+ * of a face is never taken for a fold. */
+static double folded_share(const struct level *fine, const idx_t *triangle, size_t count, int level)
+{
+	enum { BLOCK = 4, PARENT = 16 };
+	if (level < 2)
+		return 0;
+	double (*normal)[3] = mem_array(fine->face_count, sizeof *normal), folded = 0, area = 0;
+	for (size_t t = 0, f = 0; t < count; f++)
+		for (const size_t end = t + (fine->face_start[f + 1] - fine->face_start[f] - 2); t < end; t++) {
+			double n[3];
+			area_vector3(n, &fine->xyz[3 * (size_t)triangle[3 * t]], &fine->xyz[3 * (size_t)triangle[3 * t + 1]], &fine->xyz[3 * (size_t)triangle[3 * t + 2]]);
+			add_scaled3(normal[f], 1, n);
+			area += norm3(n);
+		}
+	size_t t = 0;
+	for (size_t first = 0; first + PARENT <= fine->face_count; first += PARENT) {
+		double parent[3] = {0}, block[PARENT / BLOCK][3] = {{0}};
+		for (size_t f = 0; f < PARENT; f++)
+			add_scaled3(block[f / BLOCK], 1, normal[first + f]), add_scaled3(parent, 1, normal[first + f]);
+		for (size_t f = 0; f < PARENT; f++) {
+			const bool is_block_folded = dot3(block[f / BLOCK], parent) < 0;
+			for (const size_t end = t + (fine->face_start[first + f + 1] - fine->face_start[first + f] - 2); t < end; t++) {
+				double n[3];
+				area_vector3(n, &fine->xyz[3 * (size_t)triangle[3 * t]], &fine->xyz[3 * (size_t)triangle[3 * t + 1]], &fine->xyz[3 * (size_t)triangle[3 * t + 2]]);
+				folded += is_block_folded || dot3(n, block[f / BLOCK]) < 0 ? norm3(n) : 0;
+			}
+		}
+	}
+	free(normal);
+	return folded / area;
+}
+
 /* The deviation of a cage refined, longest sides; false when it cannot be refined or is no sound mesh. */
 static bool measure(struct plan_errors *errors, const struct plan *p, const struct cage *cage)
 {
@@ -111,7 +148,8 @@ static bool measure(struct plan_errors *errors, const struct plan *p, const stru
 	struct deviation deviation;
 	const bool is_measured = (p->takes_unsound || is_sound(&fine, triangle, count, p)) && deviation_measure(&deviation, &a, &b, &options, &fault);
 	if (is_measured)
-		*errors = (struct plan_errors){deviation.both.mean / deviation.side, deviation.both.max / deviation.side, deviation.both.folded_share};
+		*errors = (struct plan_errors){deviation.both.mean / deviation.side, deviation.both.max / deviation.side, deviation.both.folded_share,
+		                               folded_share(&fine, triangle, count, p->options->level)};
 	free(triangle);
 	level_free(&level), level_free(&fine);
 	return is_measured;
@@ -147,7 +185,13 @@ static size_t stream_bytes(struct cage *decoded, const struct plan *p, const str
 /* How far outside the bounds, 0 within. */
 static double excess(const struct plan *p, const struct plan_errors *e)
 {
-	return fmax(0, e->mean / p->options->mean - 1) + fmax(0, e->max / p->options->max - 1) + fmax(0, e->folded / p->most_folded - 1);
+	return fmax(0, e->mean / p->options->mean - 1) + fmax(0, e->max / p->options->max - 1) + fmax(0, e->turned / p->most_turned - 1);
+}
+
+/* What a cage within the bounds costs: tiny folds at cusps are hardly seen, but one without them may take more bytes. */
+static double price(const struct plan *p, size_t bytes, const struct plan_errors *e)
+{
+	return (double)bytes * (e->folded > p->most_folded ? FOLD_SURCHARGE : 1);
 }
 
 /* Pack, unpack, measure, and keep when it is the best so far: fewer bytes within the bounds, else nearer to them. Returns whether it is
@@ -156,7 +200,7 @@ static bool offer(struct plan *p, const struct lattice *l, const struct sketch *
 {
 	struct plan_result *r = p->result;
 	struct cage cage, decoded;
-	p->measured = (struct plan_errors){INFINITY, INFINITY, 1};
+	p->measured = (struct plan_errors){INFINITY, INFINITY, 1, 1};
 	const size_t bytes = stream_bytes(&decoded, p, l, s, 0);
 	if (bytes == 0)
 		return false;
@@ -169,9 +213,9 @@ static bool offer(struct plan *p, const struct lattice *l, const struct sketch *
 		return false;
 	p->measured = errors;
 	lattice_to_cage(&cage, l, s, p->options->middle, p->options->scale);
-	tell(p, "decoded: %zu bytes, mean %.4g, largest %.4g, folded %.3g", bytes, errors.mean, errors.max, errors.folded);
+	tell(p, "decoded: %zu bytes, mean %.4g, largest %.4g; turned %.3g, folded %.3g of the area", bytes, errors.mean, errors.max, errors.turned, errors.folded);
 	const double now = excess(p, &errors), before = p->has_result ? excess(p, &r->errors) : INFINITY;
-	const bool is_better = now == 0 ? before > 0 || bytes < r->bytes : now < before;
+	const bool is_better = now == 0 ? before > 0 || price(p, bytes, &errors) < price(p, r->bytes, &r->errors) : now < before;
 	if (is_better) {
 		if (p->has_result)
 			cage_free(&r->cage);
@@ -225,7 +269,8 @@ static void look_at_grid(struct survey *survey, struct plan *p, const struct can
 	if (lattice_round(&l, &k, &p->judge, step, rounds_of_way[way])) {
 		p->result->rounded++;
 		survey->mean[way][i] = k.errors.mean, survey->max[way][i] = k.errors.max;
-		const bool may_do = k.errors.mean < SETTLE_MEAN * p->options->mean && k.errors.max < SETTLE_MAX * p->options->max;
+		const bool may_do = k.errors.mean < SETTLE_MEAN * p->options->mean && k.errors.max < SETTLE_MAX * p->options->max &&
+		                    k.errors.folded < p->most_folded + SETTLE_FOLDED;
 		const size_t bytes = may_do ? stream_bytes(NULL, p, &l, &k.sketch, 4) : 0;
 		if (bytes > 0)
 			survey->promise[survey->count++] = (struct promise){step, bytes, rounds_of_way[way]};
@@ -261,7 +306,7 @@ static void survey_grids(struct survey *survey, struct plan *p, const struct can
 	qsort(survey->promise, survey->count, sizeof *survey->promise, compare_promises);
 }
 
-/* Make the coordinates cheaper and better, and offer the result; true when it is within the bounds. Where only the largest distance is a
+/* Make the coordinates cheaper and better, and offer the result; true when it is within the bounds and has no folds. Where only the largest distance is a
  * little too large, once more with a limit as much lower. */
 static bool settle(struct plan *p, const struct candidate *c, const struct promise *promise, double lambda)
 {
@@ -278,10 +323,11 @@ static bool settle(struct plan *p, const struct candidate *c, const struct promi
 			lattice_settle(&l, &k, &judge, lambda, sweeps);
 			lattice_snap(&l, &k, &judge, o->middle, o->scale);
 			const size_t bytes = stream_bytes(NULL, p, &l, &k.sketch, 0);
-			tell(p, "settled on %.0f steps: %zu bytes, then %zu; mean %.4g, largest %.4g", 1 / promise->step, promise->bytes, bytes, k.errors.mean, k.errors.max);
-			if (bytes == 0 || k.errors.mean > MEAN_SLACK * o->mean || k.errors.max > o->max || (p->result->is_within && bytes >= p->result->bytes))
+			tell(p, "settled on %.0f steps: %zu bytes, then %zu; mean %.4g, largest %.4g, folded %.3g", 1 / promise->step, promise->bytes, bytes,
+			     k.errors.mean, k.errors.max, k.errors.folded);
+			if (bytes == 0 || k.errors.mean > MEAN_SLACK * o->mean || k.errors.max > o->max || (p->result->is_within && (double)bytes >= price(p, p->result->bytes, &p->result->errors)))
 				break;
-			is_within = offer(p, &l, &k.sketch);
+			is_within = offer(p, &l, &k.sketch) && p->measured.folded <= p->most_folded;
 			if (is_within || sweeps == 0 || p->measured.mean > o->mean || p->measured.max > PEAK_RETRY * o->max || p->measured.max <= o->max)
 				break;
 			judge.limit *= 0.98 * o->max / p->measured.max, judge.max *= 0.98 * o->max / p->measured.max;
@@ -361,7 +407,7 @@ static size_t work_allowed(int effort, size_t vertices, size_t edges)
 	return (size_t)(usual * fmax(effort * effort / 25.0, 0.1));
 }
 
-/* The cage as it came, when that is within the bounds and nothing on a grid is: facefix finds a grid for it. */
+/* The cage as it came, when nothing on a grid is as near to the bounds: facefix finds a grid for it. */
 static void keep_given(struct plan *p, const struct cage *given)
 {
 	struct plan_errors errors;
@@ -387,9 +433,7 @@ static void search_from(struct plan *p, struct candidate *c, size_t most_work)
 	const struct plan_options *o = p->options;
 	const struct effort *effort = &efforts[o->effort];
 	const size_t from = *p->judge.work, room = most_work > from ? most_work - from : 0;
-	if (c->sketch.vertex_count > HOPELESS_VERTICES)
-		round_candidate(p, c, worth_of_a_bit(p, c), true, most_work);
-	for (int i = 0; i < effort->stops && c->sketch.vertex_count <= HOPELESS_VERTICES && (i == 0 || *p->judge.work < most_work); i++) {
+	for (int i = 0; i < effort->stops && (i == 0 || *p->judge.work < most_work); i++) {
 		if (o->progress)
 			o->progress("searching", (size_t)i, (size_t)effort->stops);
 		struct search_report report = {0};
@@ -424,23 +468,28 @@ bool plan_run(struct plan_result *result, const struct cage *given, struct sketc
 	p.judge = (struct judge){target, MAX_SHARE * options->max, LIMIT_SHARE * options->max, 3, &work, PEAKS_SOME};
 	p.strict = (struct judge){&dense, p.judge.max, p.judge.limit, 3, &work, PEAKS_ALL};
 	p.most_work = work_allowed(options->effort, sketch->vertex_count, sketch_edge_count(sketch));
-	struct plan_errors start;
-	p.takes_unsound = !measure(&start, &p, given);
-	p.most_folded = measure(&start, &p, given) ? fmax(start.folded, MOST_FOLDED) : MOST_FOLDED;
+	const bool is_large = given->vertex_count > LARGE;
+	struct plan_errors start = {.turned = is_large ? 1 : 0};
+	p.takes_unsound = !is_large && !measure(&start, &p, given);
+	if (p.takes_unsound)
+		measure(&start, &p, given);
+	p.most_turned = fmax(start.turned, MOST_TURNED), p.most_folded = fmax(start.folded, MOST_FOLDED);
 	struct candidate as_given = {.sketch = *sketch}, c, collapsed;
 	*sketch = (struct sketch){0};
 	judge_all(&as_given.errors, &p.judge, &as_given.sketch);
-	if (options->effort < 3 || as_given.sketch.vertex_count <= SMALL)
+	if (!is_large && (options->effort < 3 || given->vertex_count <= SMALL))
 		round_candidate(&p, &as_given, worth_of_a_bit(&p, &as_given), false, p.most_work);
 	work = 0; /* a search must have its share, however little effort is allowed */
 	sketch_copy(&c.sketch, &as_given.sketch);
-	refit_all(&c.sketch, &c.errors, &p.judge, c.sketch.vertex_count > LARGE ? 3 : 8);
+	refit_all(&c.sketch, &c.errors, &p.judge, is_large ? 1 : 8);
 	if (options->effort == 0) {
-		round_candidate(&p, &c, worth_of_a_bit(&p, &c), true, p.most_work);
+		if (!is_large)
+			round_candidate(&p, &c, worth_of_a_bit(&p, &c), true, p.most_work);
 		candidate_free(&c);
 	} else {
 		const bool has_other = c.sketch.scheme != SCHEME_CATMULLCLARK &&
-		                       start_collapsed(&collapsed, c.sketch.scheme, &p.judge, START_MEAN * options->mean, START_MEAN_LARGE * options->mean, LARGE, SHARP_DEG);
+		                       start_collapsed(&collapsed, c.sketch.scheme, &p.judge, START_MEAN * options->mean, START_MEAN_LARGE * options->mean,
+		                                       options->effort < 7 ? MOST_START : LARGE, SHARP_DEG);
 		if (has_other) {
 			const double cage_outlook = outlook(&p, &c), mesh_outlook = outlook(&p, &collapsed);
 			tell(&p, "the cage has %zu vertices and may come down to %.0f bytes, the mesh collapsed has %zu and %.0f", c.sketch.vertex_count,
@@ -454,13 +503,16 @@ bool plan_run(struct plan_result *result, const struct cage *given, struct sketc
 		}
 		const bool with_both = has_other && options->effort > 6;
 		const size_t start_work = work;
-		search_from(&p, &c, start_work + (with_both ? p.most_work / 2 : p.most_work));
-		if (with_both)
+		if (c.sketch.vertex_count <= LARGE)
+			search_from(&p, &c, start_work + (with_both ? p.most_work / 2 : p.most_work));
+		else
+			candidate_free(&c);
+		if (with_both && collapsed.sketch.vertex_count <= LARGE)
 			search_from(&p, &collapsed, start_work + p.most_work);
 		else if (has_other)
 			candidate_free(&collapsed);
 	}
-	if (!result->is_within && options->effort >= 3 && as_given.sketch.vertex_count > SMALL)
+	if (!result->is_within && !is_large && options->effort >= 3 && given->vertex_count > SMALL)
 		round_candidate(&p, &as_given, worth_of_a_bit(&p, &as_given), false, 0);
 	candidate_free(&as_given);
 	target_free(&dense);

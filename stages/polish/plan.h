@@ -17,9 +17,10 @@ struct plan_options {
 	void (*say)(const char *format, ...) __attribute__((format(printf, 1, 2)));
 };
 
-/* What is measured of a decoded surface, as deviate(1) does: distances in longest sides, and the share of the area that is folded over. */
+/* What is measured of a decoded surface: distances in longest sides as deviate(1) measures them, and shares of the area: what looks away from
+ * the mesh (folded_share of deviate), and what looks away from the part of the surface that it belongs to. */
 struct plan_errors {
-	double mean, max, folded;
+	double mean, max, turned, folded;
 };
 
 struct plan_result {

@@ -105,8 +105,8 @@ static void report(const char *shown, const struct plan_result *r)
 			tool_say("%s=%zu", kind[k], r->search.by_kind[k]);
 	tool_say("bytes=%zu mean_side=%.6g max_side=%.6g", r->bytes, r->errors.mean, r->errors.max);
 	if (!r->is_within)
-		tool_warn("%s: no cage within the bounds was found: mean %.3g%%, largest %.3g%% of the longest side, %.3g%% of the area folded over", shown,
-		          100 * r->errors.mean, 100 * r->errors.max, 100 * r->errors.folded);
+		tool_warn("%s: no cage within the bounds was found: mean %.3g%%, largest %.3g%% of the longest side, %.3g%% of the area turned away", shown,
+		          100 * r->errors.mean, 100 * r->errors.max, 100 * r->errors.turned);
 	if (r->is_given)
 		tool_say("%s: left as it was: no cage on a grid is nearer to the bounds", shown);
 }

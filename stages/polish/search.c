@@ -15,6 +15,7 @@
 #define REFITS_TRIAL 2   /* iterations for an edit under trial */
 #define REFIT_EVERY 8    /* edits between fits of all points */
 #define REFITS_ALL 2
+#define FOLDED_SLACK 1e-7  /* share of the area: rounding of sums */
 #define TURNED_LIMIT 4e-4 /* share of the area that may look the other way, if it did not before */
 #define MOST_REFUSED 6   /* edits in a row that went too far: the others are dearer */
 
@@ -28,7 +29,7 @@ void candidate_copy(struct candidate *out, const struct candidate *in)
 {
 	sketch_copy(&out->sketch, &in->sketch);
 	out->errors = (struct errors){0};
-	out->errors.cost = in->errors.cost, out->errors.mean = in->errors.mean, out->errors.max = in->errors.max, out->errors.turned = in->errors.turned;
+	out->errors.cost = in->errors.cost, out->errors.mean = in->errors.mean, out->errors.max = in->errors.max, out->errors.turned = in->errors.turned, out->errors.folded = in->errors.folded;
 }
 
 void search_add(struct search_report *sum, const struct search_report *report)
@@ -288,7 +289,7 @@ static void mark_new(struct stamps *stamps, const struct sketch *after, idx_t fi
 /* Worse in what no saving makes up for: folds, or a distance beyond the limit. */
 static bool spoils(const struct errors *now, const struct errors *before, const struct judge *judge)
 {
-	return now->turned > fmax(before->turned, TURNED_LIMIT) || (now->max > judge->limit && now->max > 1.001 * before->max);
+	return now->folded > before->folded + FOLDED_SLACK || now->turned > fmax(before->turned, TURNED_LIMIT) || (now->max > judge->limit && now->max > 1.001 * before->max);
 }
 
 /* Fit all points; as it was when that spoils something. */
