@@ -4,9 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "stages/geometry/deviation.h"
-#include "stages/geometry/trimesh.h"
-#include "stages/geometry/vector.h"
 #include "stages/polish/refit.h"
 #include "stages/polish/start.h"
 
@@ -48,112 +45,10 @@ struct plan {
 	size_t most_work;
 	double most_turned, most_folded; /* shares of the area */
 	bool takes_unsound; /* parts of the given cage touch already */
-	struct plan_errors measured; /* the last cage that was decoded */
+	struct decoded_errors measured; /* the last cage that was decoded */
 };
 
 #define tell(p, ...) ((p)->options->say ? (p)->options->say(__VA_ARGS__) : (void)0)
-
-/* --- the decoded mesh ------------------------------------------------------------------------------------------------------------ */
-
-/* Triangles of quads by the shorter diagonal, as they are written for other programs. */
-static idx_t *split_level(size_t *count, const struct level *level)
-{
-	idx_t *triangle = mem_array(3 * (level->face_start[level->face_count] - 2 * level->face_count), sizeof *triangle), *out = triangle;
-	for (size_t f = 0; f < level->face_count; f++) {
-		const idx_t *c = &level->face_corner[level->face_start[f]];
-		const size_t degree = level->face_start[f + 1] - level->face_start[f];
-		const double *x = level->xyz;
-		size_t from = 0;
-		if (degree == 4 && distance3(&x[3 * (size_t)c[1]], &x[3 * (size_t)c[3]]) < distance3(&x[3 * (size_t)c[0]], &x[3 * (size_t)c[2]]))
-			from = 1;
-		for (size_t i = 1; i + 1 < degree; i++)
-			*out++ = c[from], *out++ = c[(from + i) % degree], *out++ = c[(from + i + 1) % degree];
-	}
-	*count = (size_t)(out - triangle) / 3;
-	return triangle;
-}
-
-/* Does the mesh stay the surface that its faces say when it is written as single triangles of single-precision numbers? Points of different
- * faces that fall together open or join edges. */
-static bool is_sound(const struct level *fine, const idx_t *triangle, size_t count, const struct plan *p)
-{
-	struct fault fault = {0};
-	struct mesh indexed = {.xyz = mem_copy(fine->xyz, 3 * fine->vertex_count, sizeof *fine->xyz), .vertex_count = fine->vertex_count, .face_count = count};
-	struct mesh soup = {.xyz = mem_array(9 * count, sizeof *soup.xyz), .vertex_count = 3 * count, .face_count = count};
-	indexed.corner = mem_copy(triangle, 3 * count, sizeof *triangle), soup.corner = mem_array(3 * count, sizeof *soup.corner);
-	indexed.face_start = mem_array(count + 1, sizeof *indexed.face_start), soup.face_start = mem_array(count + 1, sizeof *soup.face_start);
-	for (size_t i = 0; i < 3 * count; i++) {
-		soup.corner[i] = (idx_t)i;
-		for (int k = 0; k < 3; k++)
-			soup.xyz[3 * i + k] = (double)(float)(p->options->middle[k] + p->options->scale * fine->xyz[3 * (size_t)triangle[i] + k]);
-	}
-	for (size_t f = 0; f <= count; f++)
-		indexed.face_start[f] = soup.face_start[f] = 3 * f;
-	struct trimesh a = {0}, b = {0};
-	const bool is_read = trimesh_from_mesh(&a, &indexed, "", &fault) && trimesh_from_mesh(&b, &soup, "", &fault);
-	const bool is_good = is_read && b.nonmanifold_count <= a.nonmanifold_count && b.open_count == a.open_count;
-	trimesh_free(&a), trimesh_free(&b);
-	return is_good;
-}
-
-/* The share of the area that looks away from the block of four faces that it lies in, or with that from the block's own block: what a fold-over
- * looks like from within. Children of a face follow each other; two levels are looked at, so that what bends by less than 180 degrees over a sixteenth
- * of a face is never taken for a fold. */
-static double folded_share(const struct level *fine, const idx_t *triangle, size_t count, int level)
-{
-	enum { BLOCK = 4, PARENT = 16 };
-	if (level < 2)
-		return 0;
-	double (*normal)[3] = mem_array(fine->face_count, sizeof *normal), folded = 0, area = 0;
-	for (size_t t = 0, f = 0; t < count; f++)
-		for (const size_t end = t + (fine->face_start[f + 1] - fine->face_start[f] - 2); t < end; t++) {
-			double n[3];
-			area_vector3(n, &fine->xyz[3 * (size_t)triangle[3 * t]], &fine->xyz[3 * (size_t)triangle[3 * t + 1]], &fine->xyz[3 * (size_t)triangle[3 * t + 2]]);
-			add_scaled3(normal[f], 1, n);
-			area += norm3(n);
-		}
-	size_t t = 0;
-	for (size_t first = 0; first + PARENT <= fine->face_count; first += PARENT) {
-		double parent[3] = {0}, block[PARENT / BLOCK][3] = {{0}};
-		for (size_t f = 0; f < PARENT; f++)
-			add_scaled3(block[f / BLOCK], 1, normal[first + f]), add_scaled3(parent, 1, normal[first + f]);
-		for (size_t f = 0; f < PARENT; f++) {
-			const bool is_block_folded = dot3(block[f / BLOCK], parent) < 0;
-			for (const size_t end = t + (fine->face_start[first + f + 1] - fine->face_start[first + f] - 2); t < end; t++) {
-				double n[3];
-				area_vector3(n, &fine->xyz[3 * (size_t)triangle[3 * t]], &fine->xyz[3 * (size_t)triangle[3 * t + 1]], &fine->xyz[3 * (size_t)triangle[3 * t + 2]]);
-				folded += is_block_folded || dot3(n, block[f / BLOCK]) < 0 ? norm3(n) : 0;
-			}
-		}
-	}
-	free(normal);
-	return folded / area;
-}
-
-/* The deviation of a cage refined, longest sides; false when it cannot be refined or is no sound mesh. */
-static bool measure(struct plan_errors *errors, const struct plan *p, const struct cage *cage)
-{
-	struct fault fault = {0};
-	struct level level, fine;
-	if (!level_from_cage(&level, cage, &fault))
-		return false;
-	for (size_t i = 0; i < 3 * level.vertex_count; i++)
-		level.xyz[i] = (level.xyz[i] - p->options->middle[i % 3]) / p->options->scale;
-	level_refine(&fine, &level, cage->scheme, p->options->level);
-	size_t count;
-	idx_t *triangle = split_level(&count, &fine);
-	const struct target *t = p->target;
-	const struct deviation_surface a = {t->xyz, t->vertex_count, t->triangle, t->triangle_count}, b = {fine.xyz, fine.vertex_count, triangle, count};
-	const struct deviation_options options = DEVIATION_DEFAULTS; /* those of deviate(1), so that it says the same */
-	struct deviation deviation;
-	const bool is_measured = (p->takes_unsound || is_sound(&fine, triangle, count, p)) && deviation_measure(&deviation, &a, &b, &options, &fault);
-	if (is_measured)
-		*errors = (struct plan_errors){deviation.both.mean / deviation.side, deviation.both.max / deviation.side, deviation.both.folded_share,
-		                               folded_share(&fine, triangle, count, p->options->level)};
-	free(triangle);
-	level_free(&level), level_free(&fine);
-	return is_measured;
-}
 
 /* --- one rounded cage ---------------------------------------------------------------------------------------------------------------- */
 
@@ -183,15 +78,20 @@ static size_t stream_bytes(struct cage *decoded, const struct plan *p, const str
 }
 
 /* How far outside the bounds, 0 within. */
-static double excess(const struct plan *p, const struct plan_errors *e)
+static double excess(const struct plan *p, const struct decoded_errors *e)
 {
 	return fmax(0, e->mean / p->options->mean - 1) + fmax(0, e->max / p->options->max - 1) + fmax(0, e->turned / p->most_turned - 1);
 }
 
 /* What a cage within the bounds costs: tiny folds at cusps are hardly seen, but one without them may take more bytes. */
-static double price(const struct plan *p, size_t bytes, const struct plan_errors *e)
+static double price(const struct plan *p, size_t bytes, const struct decoded_errors *e)
 {
 	return (double)bytes * (e->folded > p->most_folded ? FOLD_SURCHARGE : 1);
+}
+
+static bool measure(struct decoded_errors *errors, const struct plan *p, const struct cage *cage)
+{
+	return decoded_measure(errors, p->target, cage, p->options->level, p->options->middle, p->options->scale, p->takes_unsound);
 }
 
 /* Pack, unpack, measure, and keep when it is the best so far: fewer bytes within the bounds, else nearer to them. Returns whether it is
@@ -200,13 +100,13 @@ static bool offer(struct plan *p, const struct lattice *l, const struct sketch *
 {
 	struct plan_result *r = p->result;
 	struct cage cage, decoded;
-	p->measured = (struct plan_errors){INFINITY, INFINITY, 1, 1};
+	p->measured = (struct decoded_errors){INFINITY, INFINITY, 1, 1};
 	const size_t bytes = stream_bytes(&decoded, p, l, s, 0);
 	if (bytes == 0)
 		return false;
 	r->measured++;
 	*p->judge.work += MEASURE_WORK;
-	struct plan_errors errors;
+	struct decoded_errors errors;
 	const bool is_measured = measure(&errors, p, &decoded);
 	cage_free(&decoded);
 	if (!is_measured)
@@ -410,7 +310,7 @@ static size_t work_allowed(int effort, size_t vertices, size_t edges)
 /* The cage as it came, when nothing on a grid is as near to the bounds: facefix finds a grid for it. */
 static void keep_given(struct plan *p, const struct cage *given)
 {
-	struct plan_errors errors;
+	struct decoded_errors errors;
 	struct plan_result *r = p->result;
 	if (r->is_within || !measure(&errors, p, given) || excess(p, &errors) > (p->has_result ? excess(p, &r->errors) : INFINITY))
 		return;
@@ -469,7 +369,7 @@ bool plan_run(struct plan_result *result, const struct cage *given, struct sketc
 	p.strict = (struct judge){&dense, p.judge.max, p.judge.limit, 3, &work, PEAKS_ALL};
 	p.most_work = work_allowed(options->effort, sketch->vertex_count, sketch_edge_count(sketch));
 	const bool is_large = given->vertex_count > LARGE;
-	struct plan_errors start = {.turned = is_large ? 1 : 0};
+	struct decoded_errors start = {.turned = is_large ? 1 : 0};
 	p.takes_unsound = !is_large && !measure(&start, &p, given);
 	if (p.takes_unsound)
 		measure(&start, &p, given);

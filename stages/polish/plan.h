@@ -3,6 +3,7 @@
 #ifndef CAGEWRIGHT_PLAN_H
 #define CAGEWRIGHT_PLAN_H
 
+#include "stages/polish/decoded.h"
 #include "stages/polish/lattice.h"
 
 #define SHARP_DEG 30 /* edges of the dense mesh that get samples of their own */
@@ -17,16 +18,10 @@ struct plan_options {
 	void (*say)(const char *format, ...) __attribute__((format(printf, 1, 2)));
 };
 
-/* What is measured of a decoded surface: distances in longest sides as deviate(1) measures them, and shares of the area: what looks away from
- * the mesh (folded_share of deviate), and what looks away from the part of the surface that it belongs to. */
-struct plan_errors {
-	double mean, max, turned, folded;
-};
-
 struct plan_result {
 	struct cage cage;     /* on its grid, model units */
 	size_t bytes;
-	struct plan_errors errors;
+	struct decoded_errors errors;
 	bool is_within;
 	bool is_collapsed;    /* the search began at the collapsed mesh */
 	bool is_given;        /* the cage as it came, on no grid: nothing on one was nearer to the bounds */

@@ -361,7 +361,7 @@ static void descend(struct query *q, int level, size_t parent, idx_t root)
 			return;
 		gap[next] = FLT_MAX;
 		const size_t f = 4 * parent + (size_t)next;
-		if (level == q->skin->steps - 2)
+		if (level == 1 || level == q->skin->steps - 2)
 			try_leaf(q, (idx_t)f, root);
 		else
 			descend(q, level + 1, f, root);
