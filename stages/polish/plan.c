@@ -29,7 +29,7 @@
 #define MOST_FOLDED 5e-6        /* and from what it is a part of: a cage with more counts for */
 #define FOLD_SURCHARGE 1.1      /* so many times its bytes */
 #define PEAK_REFITS 4
-#define LEAST_TRIED 3           /* grids that are settled, whatever work is left */
+#define LEAST_TRIED 3           /* grids that are settled for a small cage, whatever work is left */
 #define START_MEAN 0.3          /* of the mean allowed: where a collapsed mesh begins, */
 #define START_MEAN_LARGE 0.55   /* and when that takes many vertices */
 #define MOST_PASSES 4           /* of removal and local search for one stop, while removal ends early: */
@@ -257,9 +257,9 @@ static void round_candidate(struct plan *p, const struct candidate *c, double la
 	}
 	survey_grids(survey, p, c, is_fitted, most_work);
 	const int effort = p->options->effort;
-	const size_t most = effort > 6 ? 12 : effort > 3 ? 5 : 3;
+	const size_t most = effort > 6 ? 12 : effort > 3 ? 5 : 3, least = c->sketch.vertex_count > QUICK ? 1 : LEAST_TRIED;
 	bool is_within = false;
-	for (size_t i = 0; i < survey->count && i < most && !is_within && (i < LEAST_TRIED || *p->judge.work < most_work); i++) {
+	for (size_t i = 0; i < survey->count && i < most && !is_within && (i < least || *p->judge.work < most_work); i++) {
 		if (p->result->is_within && survey->promise[i].bytes > p->result->bytes + HOPELESS_BYTES)
 			break;
 		is_within = settle(p, c, &survey->promise[i], lambda);
