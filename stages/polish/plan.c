@@ -16,6 +16,7 @@
 #define SETTLE_FOLDED 1e-3      /* share of the area beyond what is allowed */
 #define COARSEST 14.0           /* grid steps in means allowed, from coarse to fine */
 #define FINEST 1.5
+#define FINEST_SHARE 12         /* of the mean: steps for a cage that only just follows the part */
 #define STEP_RATIO 1.0905077    /* an eighth of an octave */
 #define WORK_SMALL 1.6e7        /* samples looked at for a small cage */
 #define WORK_EDGE 8e4           /* and more for each edge */
@@ -29,7 +30,7 @@
 #define MOST_FOLDED 5e-6        /* and from what it is a part of: a cage with more counts for */
 #define FOLD_SURCHARGE 1.1      /* so many times its bytes */
 #define PEAK_REFITS 4
-#define LEAST_TRIED 3           /* grids that are settled for a small cage, whatever work is left */
+#define LEAST_TRIED 3           /* grids that are settled for a small cage, whatever work is left; one less for others */
 #define START_MEAN 0.3          /* of the mean allowed: where a collapsed mesh begins, */
 #define START_MEAN_LARGE 0.55   /* and when that takes many vertices */
 #define MOST_PASSES 4           /* of removal and local search for one stop, while removal ends early: */
@@ -257,7 +258,7 @@ static void round_candidate(struct plan *p, const struct candidate *c, double la
 	}
 	survey_grids(survey, p, c, is_fitted, most_work);
 	const int effort = p->options->effort;
-	const size_t most = effort > 6 ? 12 : effort > 3 ? 5 : 3, least = c->sketch.vertex_count > QUICK ? 1 : LEAST_TRIED;
+	const size_t most = effort > 6 ? 12 : effort > 3 ? 5 : 3, least = c->sketch.vertex_count > QUICK ? 2 : LEAST_TRIED;
 	bool is_within = false;
 	for (size_t i = 0; i < survey->count && i < most && !is_within && (i < least || *p->judge.work < most_work); i++) {
 		if (p->result->is_within && survey->promise[i].bytes > p->result->bytes + HOPELESS_BYTES)
@@ -266,7 +267,8 @@ static void round_candidate(struct plan *p, const struct candidate *c, double la
 	}
 	free(survey);
 	/* a cage that only just follows the part needs a fine grid */
-	for (double step = FINEST * p->options->mean; is_fitted && !p->result->is_within && step > p->options->mean / 64; step /= 2) {
+	double before = INFINITY;
+	for (double step = FINEST * p->options->mean; is_fitted && !p->result->is_within && step > p->options->mean / FINEST_SHARE; step /= 2) {
 		struct candidate k;
 		struct lattice l;
 		candidate_copy(&k, c);
@@ -277,6 +279,11 @@ static void round_candidate(struct plan *p, const struct candidate *c, double la
 			lattice_free(&l);
 		}
 		candidate_free(&k);
+		/* what a finer grid does not mend is not the grid's fault */
+		const double now = excess(p, &p->measured);
+		if (now > before / 2)
+			break;
+		before = now;
 	}
 	candidate_free(&smoothed);
 }
@@ -303,7 +310,7 @@ static const struct effort {
  * where little could be tried in any time. */
 static size_t work_allowed(int effort, size_t vertices, size_t edges)
 {
-	const double usual = vertices > LARGE ? WORK_SMALL : fmin(WORK_SMALL + WORK_EDGE * (double)edges, 3.5 * WORK_SMALL);
+	const double usual = vertices > LARGE ? WORK_SMALL : fmin(WORK_SMALL + WORK_EDGE * (double)edges, 3 * WORK_SMALL);
 	return (size_t)(usual * fmax(effort * effort / 25.0, 0.1));
 }
 
@@ -412,7 +419,7 @@ bool plan_run(struct plan_result *result, const struct cage *given, struct sketc
 		else if (has_other)
 			candidate_free(&collapsed);
 	}
-	if (!result->is_within && !is_large && options->effort >= 3 && given->vertex_count > SMALL)
+	if (!result->is_within && options->effort >= 3 && given->vertex_count > SMALL && given->vertex_count <= QUICK)
 		round_candidate(&p, &as_given, worth_of_a_bit(&p, &as_given), false, 0);
 	candidate_free(&as_given);
 	target_free(&dense);
